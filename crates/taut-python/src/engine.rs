@@ -1,0 +1,237 @@
+//! A model, its state and its workspace as one Python object.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+use numpy::{PyArray1, PyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use taut::advance::{NonFinite, Summary, advance};
+use taut::model::{Model, SpringKind};
+use taut::scene::Scene;
+use taut::state::State;
+use taut::step::Work;
+
+use crate::arrays;
+use crate::{SimulationError, scene_error};
+
+/// See `_taut.pyi` for the documentation of the members.
+#[pyclass(frozen, module = "taut._taut")]
+pub struct Engine {
+    scene: Scene,
+    model: Model,
+    running: Mutex<Running>,
+}
+
+/// What a step changes.
+struct Running {
+    state: State,
+    before: State,
+    work: Work,
+}
+
+impl Engine {
+    /// The running part; waits for a step that another thread is taking.
+    fn with<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Running) -> R + Send) -> R {
+        py.detach(|| work(&mut self.running.lock().unwrap_or_else(std::sync::PoisonError::into_inner)))
+    }
+
+    fn advance<'py>(&self, py: Python<'py>, count: u64) -> PyResult<Bound<'py, PyDict>> {
+        let (result, time) = self.with(py, |running| {
+            let Running { state, before, work } = running;
+            let result = advance(&self.model, state, before, work, count);
+            (result, state.time(&self.model))
+        });
+        report(py, &result.map_err(|error| self.explain(error))?, time)
+    }
+
+    /// Names the cloth and its own vertex instead of the particle.
+    fn explain(&self, error: NonFinite) -> PyErr {
+        let particle = error.particle as usize;
+        let place = self.model.cloths.iter().find(|cloth| (cloth.first..cloth.first + cloth.count).contains(&particle));
+        let place =
+            place.map_or_else(String::new, |cloth| format!("cloth {:?}, vertex {}: ", cloth.name, particle - cloth.first));
+        SimulationError::new_err(format!("{place}{error}"))
+    }
+}
+
+#[pymethods]
+impl Engine {
+    #[new]
+    #[pyo3(signature = (scene, meshes, threads=None))]
+    fn new(py: Python<'_>, scene: &str, meshes: &Bound<'_, PyDict>, threads: Option<usize>) -> PyResult<Self> {
+        let meshes = arrays::meshes(meshes.extract::<BTreeMap<_, _>>()?)?;
+        if threads == Some(0) {
+            return Err(PyValueError::new_err("threads = 0: must be at least 1, or None for all cores"));
+        }
+        let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+        py.detach(|| {
+            let scene = Scene::from_json(scene).map_err(scene_error)?;
+            let model = Model::build(&scene, &meshes).map_err(scene_error)?;
+            let state = State::new(&model);
+            let work = Work::new(&model, threads);
+            Ok(Self { running: Mutex::new(Running { before: state.clone(), state, work }), scene, model })
+        })
+    }
+
+    #[getter]
+    fn scene(&self) -> String {
+        self.scene.to_json()
+    }
+
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.model.warnings.clone()
+    }
+
+    #[getter]
+    fn threads(&self, py: Python<'_>) -> usize {
+        self.with(py, |running| running.work.pool().threads())
+    }
+
+    #[getter]
+    fn vertex_count(&self) -> usize {
+        self.model.particle_count()
+    }
+
+    #[getter]
+    fn cloths(&self) -> Vec<(String, usize, usize)> {
+        self.model.cloths.iter().map(|cloth| (cloth.name.clone(), cloth.first, cloth.count)).collect()
+    }
+
+    #[getter]
+    fn faces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i32>> {
+        let flat = self.model.triangles.corners.iter().flatten().map(|&corner| corner as i32);
+        arrays::rows_of(PyArray1::from_iter(py, flat), 3)
+    }
+
+    #[getter]
+    fn springs<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i32>> {
+        let flat = self.model.springs.ends.iter().flatten().map(|&end| end as i32);
+        arrays::rows_of(PyArray1::from_iter(py, flat), 2)
+    }
+
+    #[getter]
+    fn spring_kind<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u8>> {
+        let code = |kind: &SpringKind| match kind {
+            SpringKind::Structural => 0,
+            SpringKind::Shear => 1,
+            SpringKind::Flexion => 2,
+        };
+        PyArray1::from_iter(py, self.model.springs.kind.iter().map(code))
+    }
+
+    #[getter]
+    fn rest_length<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        PyArray1::from_slice(py, &self.model.springs.rest)
+    }
+
+    #[getter]
+    fn strain_limit<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        PyArray1::from_slice(py, &self.model.springs.strain_limit)
+    }
+
+    #[getter]
+    fn mass<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        PyArray1::from_slice(py, &self.model.particles.mass)
+    }
+
+    #[getter]
+    fn pinned<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_iter(py, self.model.particles.inverse_mass.iter().map(|&inverse| inverse == 0.0))
+    }
+
+    #[getter]
+    fn substeps(&self) -> u32 {
+        self.model.timing.substeps
+    }
+
+    #[getter]
+    fn step_length(&self) -> f64 {
+        self.model.timing.step_length
+    }
+
+    #[getter]
+    fn step_bound(&self) -> f64 {
+        self.model.timing.bound
+    }
+
+    #[getter]
+    fn steps(&self, py: Python<'_>) -> u64 {
+        self.with(py, |running| running.state.steps)
+    }
+
+    #[getter]
+    fn time(&self, py: Python<'_>) -> f64 {
+        self.with(py, |running| running.state.time(&self.model))
+    }
+
+    fn positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        let positions = self.with(py, |running| running.state.positions.clone());
+        arrays::to_numpy(py, &positions)
+    }
+
+    fn velocities<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        let velocities = self.with(py, |running| running.state.velocities.clone());
+        arrays::to_numpy(py, &velocities)
+    }
+
+    fn read_state(&self, py: Python<'_>, positions: &Bound<'_, PyAny>, velocities: &Bound<'_, PyAny>) -> PyResult<()> {
+        let state = self.with(py, |running| running.state.clone());
+        arrays::write_into("positions", &state.positions, positions)?;
+        arrays::write_into("velocities", &state.velocities, velocities)
+    }
+
+    fn set_state(&self, py: Python<'_>, positions: &Bound<'_, PyAny>, velocities: &Bound<'_, PyAny>, steps: u64) -> PyResult<()> {
+        let count = self.model.particle_count();
+        let positions = arrays::from_numpy("positions", positions, count)?;
+        let velocities = arrays::from_numpy("velocities", velocities, count)?;
+        self.with(py, |running| running.state = State { positions, velocities, steps });
+        Ok(())
+    }
+
+    #[pyo3(signature = (count=1))]
+    fn step<'py>(&self, py: Python<'py>, count: u64) -> PyResult<Bound<'py, PyDict>> {
+        self.advance(py, count)
+    }
+
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.advance(py, 0)
+    }
+
+    fn snapshot<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        let bytes = self.with(py, |running| running.state.to_bytes(&self.model));
+        PyBytes::new(py, &bytes)
+    }
+
+    fn restore(&self, py: Python<'_>, snapshot: &[u8]) -> PyResult<()> {
+        let state = State::from_bytes(snapshot, &self.model).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        self.with(py, |running| running.state = state);
+        Ok(())
+    }
+
+    fn state_hash(&self, py: Python<'_>) -> String {
+        format!("{:016x}", self.with(py, |running| running.state.hash()))
+    }
+}
+
+/// `Report` of `_taut.pyi`.
+fn report<'py>(py: Python<'py>, summary: &Summary, time: f64) -> PyResult<Bound<'py, PyDict>> {
+    let spring = |index: Option<u32>| index.map_or(-1, i64::from);
+    let last = &summary.last;
+    let report = PyDict::new(py);
+    report.set_item("time", time)?;
+    report.set_item("steps", summary.steps)?;
+    report.set_item("worst_stretch", last.worst_stretch)?;
+    report.set_item("worst_spring", spring(last.worst_spring))?;
+    report.set_item("worst_stretch_in_steps", summary.worst_stretch)?;
+    report.set_item("worst_spring_in_steps", spring(summary.worst_spring))?;
+    report.set_item("limited_steps", summary.limited_steps)?;
+    report.set_item("limited_springs", summary.limited_springs)?;
+    report.set_item("sweeps", summary.sweeps)?;
+    report.set_item("kinetic_energy", last.kinetic_energy)?;
+    report.set_item("elastic_energy", last.elastic_energy)?;
+    report.set_item("potential_energy", last.potential_energy)?;
+    Ok(report)
+}

@@ -1,0 +1,78 @@
+//! Several steps as one: all of them, or none.
+
+use crate::health::StepReport;
+use crate::model::Model;
+use crate::state::State;
+use crate::step::{Work, inspect, step};
+
+/// What happened during several steps.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Summary {
+    /// How many steps.
+    pub steps: u64,
+    /// The report of the last step; its energies and worst stretch are those of the state reached.
+    pub last: StepReport,
+    /// Largest stretch after any of the steps [1].
+    pub worst_stretch: f64,
+    /// The spring that had it.
+    pub worst_spring: Option<u32>,
+    /// Steps in which the filter changed a velocity.
+    pub limited_steps: u64,
+    /// Springs that would have gone over their limit, summed over the steps.
+    pub limited_springs: u64,
+    /// Passes over the springs, summed over the steps.
+    pub sweeps: u64,
+}
+
+/// A particle's position or velocity is no longer a finite number.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "particle {particle} is no longer at a finite place after the step to {time:.6} s; the state is kept as it was before; \
+     the step is probably too long for the forces: use solver.substeps = \"auto\", or look for huge speeds, winds or stiffnesses"
+)]
+pub struct NonFinite {
+    /// The first such particle.
+    pub particle: u32,
+    /// End of the step in which it happened [s].
+    pub time: f64,
+}
+
+/// Takes `count` steps.
+///
+/// # Errors
+/// If a particle becomes non-finite; `state` is then as it was before the call. `before` is workspace for that copy.
+pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut Work, count: u64) -> Result<Summary, NonFinite> {
+    before.copy_from(state);
+    let result = work.pool().install(|| {
+        let mut summary = Summary::default();
+        for _ in 0..count {
+            let report = step(model, state, work);
+            if let Some(particle) = report.non_finite {
+                return Err(NonFinite { particle, time: state.time(model) });
+            }
+            summary.add(report);
+        }
+        if count == 0 {
+            summary.last = inspect(model, state, work);
+            (summary.worst_stretch, summary.worst_spring) = (summary.last.worst_stretch, summary.last.worst_spring);
+        }
+        Ok(summary)
+    });
+    if result.is_err() {
+        state.copy_from(before);
+    }
+    result
+}
+
+impl Summary {
+    fn add(&mut self, report: StepReport) {
+        if self.steps == 0 || report.worst_stretch > self.worst_stretch {
+            (self.worst_stretch, self.worst_spring) = (report.worst_stretch, report.worst_spring);
+        }
+        self.steps += 1;
+        self.limited_steps += u64::from(report.limited.springs > 0);
+        self.limited_springs += u64::from(report.limited.springs);
+        self.sweeps += u64::from(report.limited.sweeps);
+        self.last = report;
+    }
+}

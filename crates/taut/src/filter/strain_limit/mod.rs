@@ -1,0 +1,28 @@
+//! Ways to keep every type 1 spring within `(1 + lambda) L` (paper, section 3, inequality (1)).
+//!
+//! A method is a file here and a line in [`new`].
+
+mod none;
+mod sequential;
+mod sweeps;
+
+use super::Limited;
+use crate::geometry::Pool;
+use crate::model::Model;
+use crate::scene::FilterKind;
+use crate::state::State;
+
+/// A way to turn proposed velocities into admissible ones.
+pub(super) trait StrainLimit: Send {
+    /// Changes velocities so that `|X_uv + V_uv h| <= (1 + lambda) L`, as far as the method goes.
+    fn apply(&mut self, model: &Model, state: &mut State, pool: &Pool) -> Limited;
+}
+
+/// The method that the model's solver asks for.
+pub(super) fn new(model: &Model) -> Box<dyn StrainLimit> {
+    match model.solver.filter {
+        FilterKind::None => Box::new(none::None),
+        FilterKind::Sequential => Box::new(sequential::Sequential::new(model)),
+        FilterKind::Sweeps => Box::new(sweeps::Sweeps::new(model)),
+    }
+}

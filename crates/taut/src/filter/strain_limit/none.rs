@@ -1,0 +1,16 @@
+//! No limit: the bare mass-spring cloth with its super-elasticity.
+
+use super::StrainLimit;
+use crate::filter::Limited;
+use crate::geometry::Pool;
+use crate::model::Model;
+use crate::state::State;
+
+/// Leaves velocities as they are.
+pub(super) struct None;
+
+impl StrainLimit for None {
+    fn apply(&mut self, _: &Model, _: &mut State, _: &Pool) -> Limited {
+        Limited::default()
+    }
+}

@@ -1,0 +1,48 @@
+//! Threads that never change a result.
+//!
+//! Work is cut into chunks whose size does not depend on the number of threads; each chunk writes its own part of the
+//! output or its own partial result, and partial results are combined in chunk order. Hence the same bits for any
+//! number of threads.
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+/// Elements in a chunk. Small enough to balance two threads on a 64 x 64 cloth, large enough to hide the hand-over.
+pub const CHUNK: usize = 1024;
+
+/// The threads that one simulation uses.
+pub struct Pool {
+    workers: Option<ThreadPool>,
+    threads: usize,
+}
+
+impl Pool {
+    /// A pool of `threads` threads (at least 1); one thread means the caller's own.
+    ///
+    /// Falls back to the caller's thread if the system refuses to start others: results do not depend on it.
+    #[must_use]
+    pub fn new(threads: usize) -> Self {
+        let workers = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build().ok()).flatten();
+        let threads = if workers.is_some() { threads } else { 1 };
+        Self { workers, threads }
+    }
+
+    /// The number of threads.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        self.threads
+    }
+
+    /// Runs `work` where its parallel parts find the pool's threads.
+    pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        match &self.workers {
+            Some(workers) => workers.install(work),
+            None => work(),
+        }
+    }
+
+    /// Whether a loop over `len` elements is worth handing to several threads.
+    #[must_use]
+    pub fn pays_for(&self, len: usize) -> bool {
+        self.workers.is_some() && len >= 4 * CHUNK
+    }
+}

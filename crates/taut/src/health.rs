@@ -1,0 +1,128 @@
+//! How the cloth is doing: one pass over the springs and one over the particles after every step.
+
+use rayon::prelude::*;
+
+use crate::filter::Limited;
+use crate::forces::elastic_energy;
+use crate::geometry::{CHUNK, Pool};
+use crate::model::Model;
+use crate::state::State;
+
+/// What a step did and where it led.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StepReport {
+    /// Largest |X_uv| / L - 1 over the type 1 springs [1]; 0 if there are none.
+    pub worst_stretch: f64,
+    /// The spring that has it.
+    pub worst_spring: Option<u32>,
+    /// What the filter did.
+    pub limited: Limited,
+    /// Sum of M V^2 / 2 over the free particles [J].
+    pub kinetic_energy: f64,
+    /// Sum of k_s (|X_uv| - L)^2 / 2 [J].
+    pub elastic_energy: f64,
+    /// Sum of -M g.X over the free particles, relative to the origin [J].
+    pub potential_energy: f64,
+    /// The first particle with a coordinate or velocity that is not a finite number.
+    pub non_finite: Option<u32>,
+}
+
+/// Workspace: a partial result for every chunk, combined in chunk order.
+#[derive(Debug)]
+pub struct Health {
+    springs: Vec<SpringPart>,
+    particles: Vec<ParticlePart>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct SpringPart {
+    /// Largest (|X_uv| / L)^2 and its spring.
+    worst: f32,
+    spring: u32,
+    elastic: f64,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct ParticlePart {
+    kinetic: f64,
+    potential: f64,
+    non_finite: Option<u32>,
+}
+
+impl Health {
+    /// Workspace for a model.
+    #[must_use]
+    pub fn new(model: &Model) -> Self {
+        Self {
+            springs: vec![SpringPart::default(); model.springs.len().div_ceil(CHUNK)],
+            particles: vec![ParticlePart::default(); model.particle_count().div_ceil(CHUNK)],
+        }
+    }
+}
+
+/// Examines a state.
+pub fn inspect(model: &Model, state: &State, limited: Limited, health: &mut Health, pool: &Pool) -> StepReport {
+    for_each_part(&mut health.springs, pool, |chunk, part| *part = springs_of(chunk, model, state));
+    for_each_part(&mut health.particles, pool, |chunk, part| *part = particles_of(chunk, model, state));
+    let mut report = StepReport { limited, ..StepReport::default() };
+    let mut worst = 0.0;
+    for part in &health.springs {
+        if part.worst > worst {
+            worst = part.worst;
+            report.worst_spring = Some(part.spring);
+        }
+        report.elastic_energy += part.elastic;
+    }
+    if report.worst_spring.is_some() {
+        report.worst_stretch = f64::from(worst).sqrt() - 1.0;
+    }
+    for part in &health.particles {
+        report.kinetic_energy += part.kinetic;
+        report.potential_energy += part.potential;
+        report.non_finite = report.non_finite.or(part.non_finite);
+    }
+    report
+}
+
+fn for_each_part<T: Send>(parts: &mut [T], pool: &Pool, work: impl Fn(usize, &mut T) + Sync) {
+    if pool.pays_for(parts.len() * CHUNK) {
+        parts.par_iter_mut().enumerate().for_each(|(chunk, part)| work(chunk, part));
+    } else {
+        parts.iter_mut().enumerate().for_each(|(chunk, part)| work(chunk, part));
+    }
+}
+
+fn springs_of(chunk: usize, model: &Model, state: &State) -> SpringPart {
+    let springs = &model.springs;
+    let first = chunk * CHUNK;
+    let mut part = SpringPart::default();
+    for spring in first..springs.len().min(first + CHUNK) {
+        let [u, v] = springs.ends[spring].map(|end| end as usize);
+        let square = (state.positions.get(v) - state.positions.get(u)).length_squared();
+        let rest = springs.rest[spring];
+        let ratio = square / (rest * rest);
+        if ratio > part.worst && spring < springs.type1 {
+            (part.worst, part.spring) = (ratio, spring as u32);
+        }
+        part.elastic += elastic_energy(springs, spring, square.sqrt());
+    }
+    part
+}
+
+fn particles_of(chunk: usize, model: &Model, state: &State) -> ParticlePart {
+    let particles = &model.particles;
+    let first = chunk * CHUNK;
+    let mut part = ParticlePart::default();
+    for particle in first..particles.mass.len().min(first + CHUNK) {
+        let (position, velocity) = (state.positions.get(particle), state.velocities.get(particle));
+        if !(position.is_finite() && velocity.is_finite()) {
+            part.non_finite = part.non_finite.or(Some(particle as u32));
+        }
+        if particles.inverse_mass[particle] > 0.0 {
+            let mass = f64::from(particles.mass[particle]);
+            part.kinetic += 0.5 * mass * velocity.as_dvec3().length_squared();
+            part.potential -= mass * model.gravity.as_dvec3().dot(position.as_dvec3());
+        }
+    }
+    part
+}

@@ -1,0 +1,18 @@
+//! taut: cloth that does not stretch.
+//!
+//! A [`scene::Scene`] becomes a [`model::Model`]; [`forces`] make the integrator propose velocities; velocity filters
+//! ([`filter`]) make them admissible; positions advance ([`integrate`]); [`health`] tells how it went. [`step::step`]
+//! is that sentence in code. The engine knows no files, clocks, randomness, globals or printing.
+//!
+//! Mathematics and sources: `docs/equations.md`.
+
+pub mod advance;
+pub mod filter;
+pub mod forces;
+pub mod geometry;
+pub mod health;
+pub mod integrate;
+pub mod model;
+pub mod scene;
+pub mod state;
+pub mod step;

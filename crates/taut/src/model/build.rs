@@ -1,0 +1,221 @@
+//! A scene becomes a model.
+
+use std::collections::BTreeMap;
+
+use glam::{DQuat, DVec3, EulerRot};
+use xxhash_rust::xxh3::Xxh3;
+
+use super::part::Part;
+use super::{
+    Adjacency, Air, ClothRange, Link, MeshData, Model, Particles, PinGroup, SpringKind, Springs, Timing, Triangles, grid, mesh,
+    network, pins, reach, step_bound,
+};
+use crate::geometry::Vectors;
+use crate::scene::{Cloth, PointMass, Scene, SceneError, Source, Substeps};
+
+/// Particle and spring numbers are 32 bits wide.
+const MOST_PARTICLES: usize = i32::MAX as usize;
+
+impl Model {
+    /// Builds a model; `meshes` holds the geometry of every mesh that the scene names.
+    ///
+    /// # Errors
+    /// A mesh is missing or unusable, a pin matches nothing, pins are out of the cloth's reach, the step is over its bound.
+    pub fn build(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Self, SceneError> {
+        let mut assembly = Assembly { warnings: scene.warnings(), ..Assembly::default() };
+        for (index, cloth) in scene.cloth.iter().enumerate() {
+            let at = format!("cloth[{index}]");
+            let part = build_part(cloth, &at, meshes)?;
+            assembly.add(cloth, part, &at)?;
+        }
+        assembly.finish(scene)
+    }
+}
+
+fn build_part(cloth: &Cloth, at: &str, meshes: &BTreeMap<String, MeshData>) -> Result<Part, SceneError> {
+    let flexion = cloth.flexion_stiffness > 0.0;
+    let place = |point: DVec3| {
+        let [x, y, z] = cloth.rotate.map(f64::to_radians);
+        let turn = DQuat::from_euler(EulerRot::ZYX, z, y, x);
+        turn * (point * cloth.scale) + DVec3::from_array(cloth.translate)
+    };
+    let mut part = match cloth.sources().first() {
+        Some(Source::Grid(source)) => grid::build(source, flexion),
+        Some(Source::Network(source)) => network::build(source, flexion),
+        Some(Source::Mesh(path)) => {
+            let missing = || SceneError::with_value(format!("{at}.mesh"), format!("{path:?}"), "its geometry was not given");
+            mesh::build(meshes.get(*path).ok_or_else(missing)?, &format!("{at}.mesh"), flexion)?
+        }
+        None => return Err(SceneError::at(at, "needs one of grid, mesh, network")),
+    };
+    let placed = cloth.scale != 1.0 || cloth.rotate != [0.0; 3] || cloth.translate != [0.0; 3];
+    if placed {
+        part.points.iter_mut().for_each(|point| *point = place(*point));
+        part.area.iter_mut().for_each(|area| *area *= cloth.scale * cloth.scale);
+    }
+    Ok(part)
+}
+
+/// Cloths put together so far.
+#[derive(Default)]
+struct Assembly {
+    cloths: Vec<ClothRange>,
+    particles: Particles,
+    triangles: Vec<[u32; 3]>,
+    springs: Vec<Spring>,
+    pins: Vec<PinGroup>,
+    /// Largest drag rate per unit of relative wind speed [1/m] and in still air [1/s].
+    wind_rate: f64,
+    drag_rate: f64,
+    warnings: Vec<String>,
+}
+
+struct Spring {
+    ends: [u32; 2],
+    kind: SpringKind,
+    rest: f64,
+    stiffness: f64,
+    damping: f64,
+    strain_limit: f64,
+}
+
+impl Assembly {
+    fn add(&mut self, cloth: &Cloth, part: Part, at: &str) -> Result<(), SceneError> {
+        let first = self.particles.mass.len();
+        if first + part.points.len() > MOST_PARTICLES {
+            return Err(SceneError::at(at, format!("more than {MOST_PARTICLES} vertices in all")));
+        }
+        let material = cloth.material();
+        self.warnings.extend(part.notes.iter().map(|note| format!("{} ({at}): {note}", cloth.name)));
+        self.pins.extend(pins::build(cloth, &part, at, first as u32, &mut self.warnings)?);
+        for (index, point) in part.points.iter().enumerate() {
+            let mass = match cloth.network.as_ref().map(|network| &network.mass) {
+                Some(PointMass::One(mass)) => *mass,
+                Some(PointMass::Each(masses)) => masses[index],
+                None => material.density * part.area[index],
+            };
+            let single = mass as f32;
+            // Vertices without a face have no mass; they are held where they are.
+            self.particles.inverse_mass.push(if single > 0.0 { 1.0 / single } else { 0.0 });
+            self.particles.mass.push(single);
+            self.particles.air_drag.push(material.air_drag as f32);
+            self.particles.drag_coefficient.push(material.drag_coefficient as f32);
+            let rest = &mut self.particles.rest;
+            let point = point.as_vec3();
+            rest.x.push(point.x);
+            rest.y.push(point.y);
+            rest.z.push(point.z);
+            if mass > 0.0 {
+                self.wind_rate = self.wind_rate.max(material.drag_coefficient * part.area[index] / mass);
+            }
+        }
+        self.drag_rate = self.drag_rate.max(material.air_drag);
+        let shift = first as u32;
+        self.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| corner + shift)));
+        self.springs.extend(part.springs.iter().map(|seed| {
+            let stiffness = match seed.kind {
+                SpringKind::Structural => material.stiffness,
+                SpringKind::Shear => material.shear_stiffness,
+                SpringKind::Flexion => cloth.flexion_stiffness,
+            };
+            Spring {
+                ends: seed.ends.map(|end| end + shift),
+                kind: seed.kind,
+                rest: part.rest_length(seed.ends),
+                stiffness: stiffness * seed.weight,
+                damping: if seed.kind.is_type1() { material.damping * seed.weight } else { 0.0 },
+                strain_limit: if seed.kind.is_type1() { material.strain_limit } else { f64::INFINITY },
+            }
+        }));
+        self.cloths.push(ClothRange { name: cloth.name.clone(), first, count: part.points.len() });
+        Ok(())
+    }
+
+    fn finish(mut self, scene: &Scene) -> Result<Model, SceneError> {
+        for group in &self.pins {
+            for &particle in &group.particles {
+                self.particles.inverse_mass[particle as usize] = 0.0;
+            }
+        }
+        // Type 1 first: filters and reports walk over a prefix.
+        self.springs.sort_by_key(|spring| !spring.kind.is_type1());
+        let count = self.particles.mass.len();
+        let springs = arrays(&self.springs);
+        reach::check(&self.pins, &springs, count)?;
+        let air = scene.wind.as_ref().map(Air::new);
+        let wind = air.as_ref().map_or(0.0, |air| f64::from(air.density) * air.greatest_speed * self.wind_rate);
+        let bound = step_bound::bound(&self.particles, &springs, self.drag_rate + wind);
+        let timing = timing(scene, bound)?;
+        let links = (0..springs.len()).flat_map(|index| {
+            let [a, b] = springs.ends[index];
+            let (rest, stiffness, damping) = (springs.rest[index], springs.stiffness[index], springs.damping[index]);
+            [(a, b), (b, a)].map(|(here, other)| (here, Link { other, rest, stiffness, damping }))
+        });
+        let around = (0..).zip(&self.triangles).flat_map(|(index, corners)| corners.map(|corner| (corner, index)));
+        Ok(Model {
+            links: Adjacency::new(count, links),
+            fingerprint: fingerprint(scene, &self.particles.rest, &springs),
+            triangles: Triangles { around: Adjacency::new(count, around), corners: self.triangles },
+            cloths: self.cloths,
+            particles: self.particles,
+            springs,
+            pins: self.pins,
+            gravity: DVec3::from_array(scene.gravity()).as_vec3(),
+            air,
+            solver: scene.solver.clone(),
+            timing,
+            warnings: self.warnings,
+        })
+    }
+}
+
+fn arrays(list: &[Spring]) -> Springs {
+    Springs {
+        ends: list.iter().map(|spring| spring.ends).collect(),
+        kind: list.iter().map(|spring| spring.kind).collect(),
+        rest: list.iter().map(|spring| spring.rest as f32).collect(),
+        stiffness: list.iter().map(|spring| spring.stiffness as f32).collect(),
+        damping: list.iter().map(|spring| spring.damping as f32).collect(),
+        strain_limit: list.iter().map(|spring| spring.strain_limit as f32).collect(),
+        type1: list.iter().filter(|spring| spring.kind.is_type1()).count(),
+    }
+}
+
+/// The step: chosen, or checked against its bound.
+fn timing(scene: &Scene, bound: f64) -> Result<Timing, SceneError> {
+    let frame = 1.0 / scene.fps;
+    let enough = (frame / (step_bound::SAFETY * bound)).ceil().max(1.0);
+    let substeps = match scene.solver.substeps {
+        Substeps::Auto if enough > 100_000.0 => {
+            let problem =
+                format!("\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness or damping");
+            return Err(SceneError::at("solver.substeps", problem));
+        }
+        Substeps::Auto => enough as u32,
+        Substeps::Count(count) => {
+            let step = frame / f64::from(count);
+            if step > bound && !scene.solver.force_step {
+                let problem = format!(
+                    "the step of {:.4} ms is over the stability bound of {:.4} ms (springs, damping, drag and wind); \
+                     use at least {enough}, or \"auto\", or set solver.force_step = true",
+                    step * 1e3,
+                    bound * 1e3
+                );
+                return Err(SceneError::with_value("solver.substeps", count, problem));
+            }
+            count
+        }
+    };
+    Ok(Timing { substeps, step_length: frame / f64::from(substeps), bound })
+}
+
+/// Hash of the scene and of the geometry it led to.
+fn fingerprint(scene: &Scene, rest: &Vectors, springs: &Springs) -> u64 {
+    let mut hash = Xxh3::new();
+    hash.update(scene.to_json().as_bytes());
+    for point in rest.iter() {
+        point.to_array().iter().for_each(|part| hash.update(&part.to_le_bytes()));
+    }
+    springs.ends.iter().flatten().for_each(|end| hash.update(&end.to_le_bytes()));
+    hash.digest()
+}

@@ -1,0 +1,121 @@
+//! What is simulated: particles, springs, triangles, pins, the air. Frozen after it is built.
+
+mod adjacency;
+mod air;
+mod build;
+mod grid;
+mod mesh;
+mod network;
+mod part;
+mod pins;
+mod reach;
+mod springs;
+mod step_bound;
+mod winding;
+
+use glam::Vec3;
+
+pub use adjacency::Adjacency;
+pub use air::{Air, Wave};
+pub use mesh::MeshData;
+pub use pins::PinGroup;
+pub use springs::{SpringKind, Springs};
+
+use crate::geometry::Vectors;
+use crate::scene::Solver;
+
+/// Everything about a scene that does not change while it runs.
+#[derive(Debug)]
+pub struct Model {
+    /// Where each cloth's particles are, in the scene's order.
+    pub cloths: Vec<ClothRange>,
+    /// The particles of all cloths.
+    pub particles: Particles,
+    /// The springs of all cloths.
+    pub springs: Springs,
+    /// What pulls at each particle.
+    pub links: Adjacency<Link>,
+    /// The triangles of all cloths.
+    pub triangles: Triangles,
+    /// Held particles.
+    pub pins: Vec<PinGroup>,
+    /// Acceleration of gravity [m/s^2].
+    pub gravity: Vec3,
+    /// The moving air, if any.
+    pub air: Option<Air>,
+    /// Integrator and filter.
+    pub solver: Solver,
+    /// The time step.
+    pub timing: Timing,
+    /// What is suspicious in the scene and what was repaired in its meshes.
+    pub warnings: Vec<String>,
+    /// Tells models apart: equal for equal scenes and meshes.
+    pub fingerprint: u64,
+}
+
+/// A cloth's share of the particles, which keep the order of the user's vertices.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ClothRange {
+    /// The cloth's name.
+    pub name: String,
+    /// Its first particle.
+    pub first: usize,
+    /// Its number of particles.
+    pub count: usize,
+}
+
+/// The particles of all cloths.
+#[derive(Debug, Default)]
+pub struct Particles {
+    /// Positions at the start, where all springs are at rest [m].
+    pub rest: Vectors,
+    /// Mass [kg].
+    pub mass: Vec<f32>,
+    /// 1/mass [1/kg]; zero for what is held.
+    pub inverse_mass: Vec<f32>,
+    /// k_A [1/s].
+    pub air_drag: Vec<f32>,
+    /// C_d [1].
+    pub drag_coefficient: Vec<f32>,
+}
+
+/// The triangles of all cloths.
+#[derive(Debug, Default)]
+pub struct Triangles {
+    /// Their particles, counter-clockwise seen from the front.
+    pub corners: Vec<[u32; 3]>,
+    /// The triangles around each particle.
+    pub around: Adjacency<u32>,
+}
+
+/// A spring as one of its ends sees it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Link {
+    /// The particle at the other end.
+    pub other: u32,
+    /// L [m].
+    pub rest: f32,
+    /// k_s [N/m].
+    pub stiffness: f32,
+    /// k_D [kg/s].
+    pub damping: f32,
+}
+
+/// The time step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timing {
+    /// Steps per frame.
+    pub substeps: u32,
+    /// h [s].
+    pub step_length: f64,
+    /// Largest stable step [s]; infinite if nothing acts.
+    pub bound: f64,
+}
+
+impl Model {
+    /// The number of particles.
+    #[must_use]
+    pub fn particle_count(&self) -> usize {
+        self.particles.mass.len()
+    }
+}

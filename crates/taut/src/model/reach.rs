@@ -1,0 +1,80 @@
+//! Can the cloth reach from pin to pin at all?
+
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap};
+
+use super::{Adjacency, PinGroup, Springs};
+use crate::scene::SceneError;
+
+/// Pins of a group from which distances are measured; more would make large scenes slow to build.
+const MOST_SOURCES: usize = 32;
+
+/// Refuses pins that move further apart than the cloth between them may stretch, at any keyframe.
+///
+/// Between keyframes the distance of two pins is a convex function of time, so keyframes are the worst moments.
+///
+/// # Errors
+/// Names the two particles, their distance, the cloth's reach and the time.
+pub(super) fn check(groups: &[PinGroup], springs: &Springs, particles: usize) -> Result<(), SceneError> {
+    let moments: BTreeSet<u64> = groups.iter().flat_map(|group| &group.keyframes).map(|key| key.0.to_bits()).collect();
+    if moments.is_empty() {
+        return Ok(());
+    }
+    let steps = |spring: usize| (springs.ends[spring], springs.greatest_length(spring));
+    let both = (0..springs.type1).map(steps).flat_map(|([a, b], length)| [(a, (b, length)), (b, (a, length))]);
+    let graph = Adjacency::new(particles, both);
+    for (index, one) in groups.iter().enumerate() {
+        let others: Vec<&PinGroup> = groups[index + 1..].iter().filter(|other| other.keyframes != one.keyframes).collect();
+        if others.is_empty() {
+            continue;
+        }
+        let stride = one.particles.len().div_ceil(MOST_SOURCES).max(1);
+        for source in (0..one.particles.len()).step_by(stride) {
+            let reach = distances(&graph, one.particles[source], particles);
+            for other in &others {
+                check_pair(one, source, other, &reach, &moments)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_pair(one: &PinGroup, source: usize, other: &PinGroup, reach: &[f64], moments: &BTreeSet<u64>) -> Result<(), SceneError> {
+    for time in moments.iter().map(|&bits| f64::from_bits(bits)) {
+        for (target, &particle) in other.particles.iter().enumerate() {
+            let apart = f64::from(one.position(source, time).distance(other.position(target, time)));
+            let within = reach[particle as usize];
+            if apart > within * (1.0 + 1e-6) {
+                let (a, b) = (one.particles[source], particle);
+                let problem = format!(
+                    "infeasible: pins {a} and {b} are {apart:.3} m apart at {time} s, the cloth reaches {within:.3} m; \
+                     move them less or raise strain_limit"
+                );
+                return Err(SceneError::at("cloth", problem));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Greatest distances over the springs from `source` (Dijkstra); infinite where no path leads.
+fn distances(graph: &Adjacency<(u32, f32)>, source: u32, particles: usize) -> Vec<f64> {
+    let mut best = vec![f64::INFINITY; particles];
+    best[source as usize] = 0.0;
+    // Non-negative floats order like their bits, which the heap can compare.
+    let mut queue = BinaryHeap::from([Reverse((0_u64, source))]);
+    while let Some(Reverse((bits, particle))) = queue.pop() {
+        let here = f64::from_bits(bits);
+        if here > best[particle as usize] {
+            continue;
+        }
+        for &(next, length) in graph.of(particle as usize) {
+            let there = here + f64::from(length);
+            if there < best[next as usize] {
+                best[next as usize] = there;
+                queue.push(Reverse((there.to_bits(), next)));
+            }
+        }
+    }
+    best
+}

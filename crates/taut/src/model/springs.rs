@@ -1,0 +1,59 @@
+//! All springs of all cloths, as arrays.
+
+/// What a spring is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SpringKind {
+    /// Type 1: between neighbours.
+    Structural,
+    /// Type 1: across a cell.
+    Shear,
+    /// Type 2 (Choi & Ko 2002): two cells apart, against bending; never limited.
+    Flexion,
+}
+
+impl SpringKind {
+    /// Type 1 springs carry tension and shear and have a strain limit (paper, section 2).
+    #[must_use]
+    pub fn is_type1(self) -> bool {
+        self != Self::Flexion
+    }
+}
+
+/// Springs, type 1 first.
+#[derive(Debug, Default)]
+pub struct Springs {
+    /// The two particles.
+    pub ends: Vec<[u32; 2]>,
+    /// Structural, shear or flexion.
+    pub kind: Vec<SpringKind>,
+    /// L, the rest length [m].
+    pub rest: Vec<f32>,
+    /// k_s [N/m].
+    pub stiffness: Vec<f32>,
+    /// k_D [kg/s].
+    pub damping: Vec<f32>,
+    /// lambda [1]; infinite for type 2.
+    pub strain_limit: Vec<f32>,
+    /// How many are of type 1.
+    pub type1: usize,
+}
+
+impl Springs {
+    /// The number of springs.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+
+    /// R = (1 + lambda) L, the greatest admissible length [m]; infinite for type 2.
+    #[must_use]
+    pub fn greatest_length(&self, spring: usize) -> f32 {
+        (1.0 + self.strain_limit[spring]) * self.rest[spring]
+    }
+}

@@ -1,0 +1,43 @@
+//! The one error of reading, checking and building a scene.
+
+use std::fmt;
+
+/// A scene that cannot be simulated: which field, what it holds, what is allowed and a remedy.
+///
+/// Prints as `scene.cloth[0].strain_limit = 1.5: must be in (0, 1]; try 0.05`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneError {
+    /// Path of the field below the scene, such as `cloth[0].strain_limit`; empty for the scene itself.
+    pub field: String,
+    /// The value found there, as JSON; empty where there is none to show.
+    pub value: String,
+    /// What is wrong, what is allowed and what to do.
+    pub problem: String,
+}
+
+impl SceneError {
+    /// An error at `field`, without a value to show.
+    pub fn at(field: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self { field: field.into(), value: String::new(), problem: problem.into() }
+    }
+
+    /// An error at `field`, which holds `value`.
+    pub fn with_value(field: impl Into<String>, value: impl fmt::Display, problem: impl Into<String>) -> Self {
+        Self { field: field.into(), value: value.to_string(), problem: problem.into() }
+    }
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("scene")?;
+        if !self.field.is_empty() {
+            write!(f, ".{}", self.field)?;
+        }
+        if !self.value.is_empty() {
+            write!(f, " = {}", self.value)?;
+        }
+        write!(f, ": {}", self.problem)
+    }
+}
+
+impl std::error::Error for SceneError {}

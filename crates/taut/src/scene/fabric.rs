@@ -1,0 +1,78 @@
+//! Presets, each figure with its source in `docs/fabrics.md`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A named preset; its figures and their sources stand in `docs/fabrics.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Fabric {
+    /// Light dress silk.
+    Silk,
+    /// Plain-weave shirt cotton.
+    Cotton,
+    /// Suiting wool.
+    Wool,
+    /// 12-ounce denim.
+    Denim,
+    /// Flag nylon.
+    Nylon,
+    /// Garment leather.
+    Leather,
+}
+
+/// What a cloth is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// The paper's lambda [1].
+    pub strain_limit: f64,
+    /// Mass per area [kg/m^2].
+    pub density: f64,
+    /// Membrane stiffness of the structural springs [N/m].
+    pub stiffness: f64,
+    /// Membrane stiffness of the shear springs [N/m].
+    pub shear_stiffness: f64,
+    /// The paper's k_D [kg/s].
+    pub damping: f64,
+    /// The paper's k_A [1/s].
+    pub air_drag: f64,
+    /// The paper's C_d [1].
+    pub drag_coefficient: f64,
+}
+
+impl Fabric {
+    /// The preset's figures.
+    #[must_use]
+    pub fn material(self) -> Material {
+        let row = |strain_limit, density, stiffness, shear_stiffness, damping, air_drag, drag_coefficient| Material {
+            strain_limit,
+            density,
+            stiffness,
+            shear_stiffness,
+            damping,
+            air_drag,
+            drag_coefficient,
+        };
+        match self {
+            Self::Silk => row(0.06, 0.07, 10.0, 4.0, 0.003, 0.2, 1.2),
+            Self::Cotton => row(0.05, 0.13, 20.0, 10.0, 0.006, 0.1, 1.2),
+            Self::Wool => row(0.08, 0.25, 25.0, 12.0, 0.01, 0.1, 1.2),
+            Self::Denim => row(0.03, 0.40, 60.0, 40.0, 0.02, 0.05, 1.2),
+            Self::Nylon => row(0.04, 0.10, 20.0, 10.0, 0.006, 0.1, 1.2),
+            Self::Leather => row(0.02, 0.80, 100.0, 80.0, 0.04, 0.05, 1.2),
+        }
+    }
+
+    /// Area densities at which such a fabric is sold [kg/m^2]; outside them a scene gets a warning.
+    #[must_use]
+    pub fn usual_density(self) -> (f64, f64) {
+        match self {
+            Self::Silk => (0.02, 0.2),
+            Self::Cotton => (0.05, 0.5),
+            Self::Wool => (0.1, 0.7),
+            Self::Denim => (0.2, 0.6),
+            Self::Nylon => (0.03, 0.3),
+            Self::Leather => (0.3, 2.5),
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! What a user asks for: plain data in SI units, with a default for every field.
+//!
+//! This is the one definition of a scene. Files, Python and the documentation derive from it
+//! (see [`schema`]); the doc comments below are the field reference that users read.
+
+mod cloth;
+mod error;
+mod fabric;
+mod pin;
+mod read;
+mod solver;
+mod validate;
+mod wind;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use cloth::{Axis, Cloth, Grid, Network, PointMass, Source};
+pub use error::SceneError;
+pub use fabric::{Fabric, Material};
+pub use pin::{Corner, Edge, Keyframe, Pin, Selector};
+pub use solver::{FilterKind, IntegratorKind, Solver, Substeps};
+pub use wind::{Gust, Wind, WindModel};
+
+/// A scene: cloths, the air and gravity they live in, and how to simulate them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scene {
+    /// Shown above pictures and in reports.
+    pub title: String,
+    /// Length of the simulation [s].
+    pub duration: f64,
+    /// Frames per second [1/s].
+    pub fps: f64,
+    /// Which axis points up: "z" (Blender, engineering) or "y" (glTF, most game engines).
+    pub up: Up,
+    /// Acceleration of gravity [m/s^2]; 9.81 downwards when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<[f64; 3]>,
+    /// The moving air; without it the air is at rest and only `air_drag` acts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wind: Option<Wind>,
+    /// The cloths.
+    pub cloth: Vec<Cloth>,
+    /// How the scene is simulated.
+    pub solver: Solver,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            title: String::new(),
+            duration: 5.0,
+            fps: 60.0,
+            up: Up::Z,
+            gravity: None,
+            wind: None,
+            cloth: Vec::new(),
+            solver: Solver::default(),
+        }
+    }
+}
+
+/// Which axis points up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Up {
+    /// The third axis.
+    Z,
+    /// The second axis.
+    Y,
+}
+
+impl Scene {
+    /// Reads a scene from JSON, checks every field and fills in every default.
+    ///
+    /// # Errors
+    /// The first field that is unknown, misspelt, of the wrong type or out of range.
+    pub fn from_json(text: &str) -> Result<Self, SceneError> {
+        let mut scene = read::parse(text)?;
+        validate::check(&scene)?;
+        scene.fill_in();
+        Ok(scene)
+    }
+
+    /// The scene as JSON.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("plain data with string keys always serialises")
+    }
+
+    /// What is allowed but looks like a mistake (a 1 kg/m^2 silk), one sentence each.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        validate::suspicions(self)
+    }
+
+    /// Acceleration of gravity [m/s^2].
+    #[must_use]
+    pub fn gravity(&self) -> [f64; 3] {
+        self.gravity.unwrap_or(match self.up {
+            Up::Z => [0.0, 0.0, -9.81],
+            Up::Y => [0.0, -9.81, 0.0],
+        })
+    }
+
+    /// Writes out everything that was left to a default, so that the scene reads the same for ever.
+    fn fill_in(&mut self) {
+        self.gravity = Some(self.gravity());
+        for (index, cloth) in self.cloth.iter_mut().enumerate() {
+            if cloth.name.is_empty() {
+                cloth.name = format!("cloth{index}");
+            }
+            cloth.fill_in_material();
+        }
+    }
+}
+
+/// The JSON schema of [`Scene`]; descriptions are the doc comments of its fields.
+#[must_use]
+pub fn schema() -> String {
+    let schema = schemars::schema_for!(Scene);
+    serde_json::to_string_pretty(&schema).expect("a schema is plain JSON")
+}

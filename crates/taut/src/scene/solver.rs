@@ -1,0 +1,111 @@
+//! How a scene is simulated.
+
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+/// How a scene is simulated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Solver {
+    /// Steps per frame [1]: "auto" (from the stability bound of springs and damping) or a number.
+    pub substeps: Substeps,
+    /// Allow a step over the stability bound (true, false).
+    pub force_step: bool,
+    /// How velocities and positions advance: "euler" (the paper's, velocity first).
+    pub integrator: IntegratorKind,
+    /// What limits the stretch: "sweeps", "sequential" (the paper's steps 1 to 6 to the letter) or "none".
+    pub filter: FilterKind,
+    /// Most passes over the springs that "sweeps" makes in one step [1].
+    pub iterations: u32,
+    /// "sweeps" stops early once no spring is over its limit by more than this fraction of it [1].
+    pub tolerance: f64,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Self {
+            substeps: Substeps::Auto,
+            force_step: false,
+            integrator: IntegratorKind::Euler,
+            filter: FilterKind::Sweeps,
+            iterations: 200,
+            tolerance: 1e-3,
+        }
+    }
+}
+
+/// How velocities and positions advance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum IntegratorKind {
+    /// Velocity first, position with the new velocity (paper, section 3; symplectic Euler today).
+    Euler,
+}
+
+/// What turns proposed velocities into admissible ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FilterKind {
+    /// Nothing: the bare mass-spring cloth, which over-stretches.
+    None,
+    /// The paper's steps 1 to 6 to the letter (section 3).
+    Sequential,
+    /// Repeated symmetric, mass-weighted projections.
+    Sweeps,
+}
+
+/// Steps per frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Substeps {
+    /// From the stability bound of springs and damping.
+    Auto,
+    /// A given number per frame.
+    Count(u32),
+}
+
+impl Serialize for Substeps {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Count(count) => serializer.serialize_u32(*count),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Substeps {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl de::Visitor<'_> for Visitor {
+            type Value = Substeps;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("\"auto\" or a whole number of at least 1")
+            }
+
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<Substeps, E> {
+                if text == "auto" { Ok(Substeps::Auto) } else { Err(E::invalid_value(de::Unexpected::Str(text), &self)) }
+            }
+
+            fn visit_u64<E: de::Error>(self, count: u64) -> Result<Substeps, E> {
+                u32::try_from(count)
+                    .ok()
+                    .filter(|&count| count >= 1)
+                    .map(Substeps::Count)
+                    .ok_or_else(|| E::invalid_value(de::Unexpected::Unsigned(count), &self))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+impl JsonSchema for Substeps {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Substeps".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "oneOf": [{ "const": "auto" }, { "type": "integer", "minimum": 1 }] })
+    }
+}

@@ -1,0 +1,237 @@
+//! Ranges: what is allowed, and what is allowed but suspicious.
+
+use super::{Cloth, Network, Pin, PointMass, Scene, SceneError, Selector, Source, Substeps, Wind};
+
+type Check = Result<(), SceneError>;
+
+/// Coordinates and lengths beyond this [m] leave `f32` positions no useful resolution.
+const FARTHEST: f64 = 1e5;
+/// More vertices than this in one grid would not fit the memory of an ordinary machine.
+const MOST_VERTICES: u64 = 16_000_000;
+/// More steps per frame than this is a mistake in the units.
+const MOST_SUBSTEPS: u32 = 100_000;
+
+/// Refuses the first field that is out of range.
+pub(super) fn check(scene: &Scene) -> Check {
+    within("duration", scene.duration, 0.0, 1e6, "5.0")?;
+    above_zero("fps", scene.fps, 1e5, "60")?;
+    vector("gravity", &scene.gravity(), 1e6, "[0, 0, -9.81]")?;
+    if let Some(wind) = &scene.wind {
+        check_wind(wind)?;
+    }
+    check_solver(scene)?;
+    if scene.cloth.is_empty() {
+        return Err(SceneError::at("cloth", "there is none; add a [[cloth]] with grid, mesh or network"));
+    }
+    for (index, cloth) in scene.cloth.iter().enumerate() {
+        check_cloth(&format!("cloth[{index}]"), cloth)?;
+        if let Some(first) = scene.cloth[..index].iter().position(|other| !cloth.name.is_empty() && other.name == cloth.name) {
+            return Err(SceneError::with_value(
+                format!("cloth[{index}].name"),
+                format!("{:?}", cloth.name),
+                format!("already the name of cloth[{first}]; choose another"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_wind(wind: &Wind) -> Check {
+    vector("wind.velocity", &wind.velocity, 1e4, "[8, 1.5, 0]")?;
+    within("wind.density", wind.density, 0.0, 1e5, "1.2 (air)")?;
+    if let Some(gust) = &wind.gust {
+        within("wind.gust.strength", gust.strength, 0.0, 10.0, "0.3")?;
+        above_zero("wind.gust.period", gust.period, 1e6, "2.0")?;
+    }
+    Ok(())
+}
+
+fn check_solver(scene: &Scene) -> Check {
+    if let Substeps::Count(count) = scene.solver.substeps
+        && count > MOST_SUBSTEPS
+    {
+        return Err(out_of_range("solver.substeps", count, &format!("in [1, {MOST_SUBSTEPS}]"), "\"auto\""));
+    }
+    if !(1..=1_000_000).contains(&scene.solver.iterations) {
+        return Err(out_of_range("solver.iterations", scene.solver.iterations, "in [1, 1000000]", "200"));
+    }
+    within("solver.tolerance", scene.solver.tolerance, 0.0, 1.0, "0.001")
+}
+
+fn check_cloth(at: &str, cloth: &Cloth) -> Check {
+    match cloth.sources().as_slice() {
+        [Source::Grid(grid)] => {
+            for (axis, size) in grid.size.iter().enumerate() {
+                above_zero(&format!("{at}.grid.size[{axis}]"), *size, FARTHEST, "1.0")?;
+            }
+            for (axis, &cells) in grid.cells.iter().enumerate() {
+                if cells == 0 {
+                    return Err(out_of_range(&format!("{at}.grid.cells[{axis}]"), cells, "at least 1", "32"));
+                }
+            }
+            let vertices = grid.cells.iter().map(|&cells| u64::from(cells) + 1).product::<u64>();
+            if vertices > MOST_VERTICES {
+                let cells = format!("[{}, {}]", grid.cells[0], grid.cells[1]);
+                let allowed = format!("at most {MOST_VERTICES} vertices in all, not {vertices}");
+                return Err(out_of_range(&format!("{at}.grid.cells"), cells, &allowed, "[256, 256]"));
+            }
+            vector(&format!("{at}.grid.origin"), &grid.origin, FARTHEST, "[0, 0, 0]")?;
+            if grid.axes[0].coordinate() == grid.axes[1].coordinate() {
+                return Err(SceneError::at(format!("{at}.grid.axes"), "the two axes must differ; try [\"x\", \"z\"]"));
+            }
+        }
+        [Source::Mesh("")] => {
+            return Err(SceneError::at(format!("{at}.mesh"), "must be the path of a mesh file"));
+        }
+        [Source::Mesh(_)] => {}
+        [Source::Network(network)] => check_network(&format!("{at}.network"), network)?,
+        given => {
+            let problem = "needs exactly one of grid, mesh, network";
+            return Err(SceneError::at(at, format!("{problem}; it has {}", if given.is_empty() { "none" } else { "several" })));
+        }
+    }
+    above_zero(&format!("{at}.scale"), cloth.scale, 1e6, "1.0")?;
+    vector(&format!("{at}.rotate"), &cloth.rotate, 1e6, "[0, 0, 90]")?;
+    vector(&format!("{at}.translate"), &cloth.translate, FARTHEST, "[0, 0, 1]")?;
+    check_material(at, cloth)?;
+    for (index, pin) in cloth.pins.iter().enumerate() {
+        check_pin(&format!("{at}.pins[{index}]"), pin, cloth)?;
+    }
+    Ok(())
+}
+
+fn check_material(at: &str, cloth: &Cloth) -> Check {
+    let material = cloth.material();
+    if !(material.strain_limit > 0.0 && material.strain_limit <= 1.0) {
+        return Err(out_of_range(&format!("{at}.strain_limit"), material.strain_limit, "in (0, 1]", "0.05"));
+    }
+    above_zero(&format!("{at}.density"), material.density, 1e4, "0.2")?;
+    within(&format!("{at}.stiffness"), material.stiffness, 0.0, 1e9, "20")?;
+    within(&format!("{at}.shear_stiffness"), material.shear_stiffness, 0.0, 1e9, "10")?;
+    within(&format!("{at}.flexion_stiffness"), cloth.flexion_stiffness, 0.0, 1e9, "0")?;
+    within(&format!("{at}.damping"), material.damping, 0.0, 1e6, "0.005")?;
+    within(&format!("{at}.air_drag"), material.air_drag, 0.0, 1e6, "0.1")?;
+    within(&format!("{at}.drag_coefficient"), material.drag_coefficient, 0.0, 1e3, "1.2")
+}
+
+fn check_network(at: &str, network: &Network) -> Check {
+    if network.points.is_empty() {
+        return Err(SceneError::at(format!("{at}.points"), "there are none; give at least one [x, y, z]"));
+    }
+    for (index, point) in network.points.iter().enumerate() {
+        vector(&format!("{at}.points[{index}]"), point, FARTHEST, "[0, 0, 0]")?;
+    }
+    let count = network.points.len();
+    for (index, link) in network.links.iter().enumerate() {
+        let at = format!("{at}.links[{index}]");
+        let value = format!("[{}, {}]", link[0], link[1]);
+        if link.iter().any(|&end| end as usize >= count) {
+            return Err(SceneError::with_value(at, value, format!("there are {count} points, numbered 0 to {}", count - 1)));
+        }
+        if link[0] == link[1] || network.points[link[0] as usize] == network.points[link[1] as usize] {
+            return Err(SceneError::with_value(at, value, "a link must join two points at different places"));
+        }
+    }
+    match &network.mass {
+        PointMass::One(mass) => above_zero(&format!("{at}.mass"), *mass, 1e6, "0.003"),
+        PointMass::Each(masses) if masses.len() != count => Err(SceneError::at(
+            format!("{at}.mass"),
+            format!("has {} numbers for {count} points; give one number for all, or {count}", masses.len()),
+        )),
+        PointMass::Each(masses) => masses
+            .iter()
+            .enumerate()
+            .try_for_each(|(index, mass)| above_zero(&format!("{at}.mass[{index}]"), *mass, 1e6, "0.003")),
+    }
+}
+
+fn check_pin(at: &str, pin: &Pin, cloth: &Cloth) -> Check {
+    match pin.selectors().as_slice() {
+        [Selector::Corner(_) | Selector::Edge(_)] if cloth.grid.is_none() => {
+            return Err(SceneError::at(at, "corner and edge need a grid; choose by vertices, box or nearest"));
+        }
+        [Selector::Vertices([])] => return Err(SceneError::at(format!("{at}.vertices"), "names no vertex")),
+        [Selector::Box([low, high])] => {
+            vector(&format!("{at}.box[0]"), low, f64::MAX, "[0, 0, 0]")?;
+            vector(&format!("{at}.box[1]"), high, f64::MAX, "[1, 1, 1]")?;
+            if (0..3).any(|axis| low[axis] > high[axis]) {
+                return Err(SceneError::at(format!("{at}.box"), "its first corner must be the lowest in x, y and z"));
+            }
+        }
+        [Selector::Nearest(point)] => vector(&format!("{at}.nearest"), point, f64::MAX, "[0, 0, 1]")?,
+        [_] => {}
+        given => {
+            let problem = "needs exactly one of corner, edge, vertices, box, nearest";
+            return Err(SceneError::at(at, format!("{problem}; it has {}", if given.is_empty() { "none" } else { "several" })));
+        }
+    }
+    let mut previous = f64::NEG_INFINITY;
+    for (index, key) in pin.keyframes.iter().enumerate() {
+        let at = format!("{at}.move[{index}]");
+        within(&at, key.0, 0.0, 1e9, "0.0")?;
+        vector(&at, &key.1, FARTHEST, "[0, 0, 0]")?;
+        if key.0 <= previous {
+            return Err(SceneError::with_value(at, key.0, "times must increase from keyframe to keyframe"));
+        }
+        if key.0 == 0.0 && key.1 != [0.0; 3] {
+            return Err(SceneError::at(at, "at time 0 a pin is where the cloth is; begin with [0, [0, 0, 0]]"));
+        }
+        previous = key.0;
+    }
+    Ok(())
+}
+
+/// What is allowed but looks like a mistake.
+pub(super) fn suspicions(scene: &Scene) -> Vec<String> {
+    let mut found = Vec::new();
+    for (index, cloth) in scene.cloth.iter().enumerate() {
+        let material = cloth.material();
+        let (least, most) = cloth.fabric.usual_density();
+        if cloth.network.is_none() && !(least..=most).contains(&material.density) {
+            let fabric = format!("{:?}", cloth.fabric).to_lowercase();
+            found.push(format!(
+                "scene.cloth[{index}].density = {} kg/m^2: {fabric} is usually {least} to {most} kg/m^2 (1 g/m^2 is 0.001 kg/m^2)",
+                material.density
+            ));
+        }
+        if !(0.01..=0.15).contains(&material.strain_limit) {
+            found.push(format!(
+                "scene.cloth[{index}].strain_limit = {}: cloth usually gives 0.01 to 0.15 (1 to 15 %)",
+                material.strain_limit
+            ));
+        }
+    }
+    let speed = scene.wind.as_ref().map_or(0.0, |wind| norm(&wind.velocity));
+    if speed > 60.0 {
+        found.push(format!("scene.wind.velocity: {speed:.0} m/s is stronger than a hurricane (over 33 m/s)"));
+    }
+    let pull = norm(&scene.gravity());
+    if pull > 100.0 {
+        found.push(format!("scene.gravity: {pull:.0} m/s^2 is over ten times the Earth's 9.81; are the units metres?"));
+    }
+    found
+}
+
+fn norm(vector: &[f64; 3]) -> f64 {
+    vector.iter().map(|part| part * part).sum::<f64>().sqrt()
+}
+
+fn out_of_range(at: &str, value: impl std::fmt::Display, allowed: &str, remedy: &str) -> SceneError {
+    SceneError::with_value(at, value, format!("must be {allowed}; try {remedy}"))
+}
+
+fn within(at: &str, value: f64, least: f64, most: f64, remedy: &str) -> Check {
+    if (least..=most).contains(&value) { Ok(()) } else { Err(out_of_range(at, value, &format!("in [{least}, {most}]"), remedy)) }
+}
+
+fn above_zero(at: &str, value: f64, most: f64, remedy: &str) -> Check {
+    if value > 0.0 && value <= most { Ok(()) } else { Err(out_of_range(at, value, &format!("in (0, {most}]"), remedy)) }
+}
+
+fn vector(at: &str, value: &[f64; 3], most: f64, remedy: &str) -> Check {
+    if value.iter().all(|part| part.is_finite() && part.abs() <= most) {
+        return Ok(());
+    }
+    let allowed = if most == f64::MAX { "finite numbers".to_owned() } else { format!("numbers in [-{most}, {most}]") };
+    Err(out_of_range(at, format!("[{}, {}, {}]", value[0], value[1], value[2]), &allowed, remedy))
+}

@@ -1,0 +1,71 @@
+//! A state as bytes, and back.
+
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::State;
+use crate::geometry::Vectors;
+use crate::model::Model;
+
+/// First bytes of every snapshot; the last one is the version of the layout.
+const MAGIC: [u8; 8] = *b"TAUTSNP1";
+/// Magic, fingerprint of the model, steps.
+const HEADER: usize = 24;
+const CHECKSUM: usize = 8;
+
+/// Bytes that are no snapshot of this model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum SnapshotError {
+    /// Not ours at all.
+    #[error("these bytes are not a taut snapshot (version 1)")]
+    NotASnapshot,
+    /// Cut short or altered.
+    #[error("the snapshot is damaged: its checksum does not fit; take another one")]
+    Damaged,
+    /// Of a different scene, mesh or size.
+    #[error("the snapshot belongs to another scene; restore it into a simulation of the scene it was taken from")]
+    OtherModel,
+}
+
+impl State {
+    /// The state as bytes: magic, fingerprint, steps, the six coordinate arrays (little-endian `f32`), XXH3 of all these.
+    #[must_use]
+    pub fn to_bytes(&self, model: &Model) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(HEADER + 24 * self.positions.len() + CHECKSUM);
+        bytes.extend(MAGIC);
+        bytes.extend(model.fingerprint.to_le_bytes());
+        bytes.extend(self.steps.to_le_bytes());
+        for column in columns(&self.positions).into_iter().chain(columns(&self.velocities)) {
+            bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
+        }
+        bytes.extend(xxh3_64(&bytes).to_le_bytes());
+        bytes
+    }
+
+    /// The state that [`Self::to_bytes`] wrote for an equal model.
+    ///
+    /// # Errors
+    /// See [`SnapshotError`].
+    pub fn from_bytes(bytes: &[u8], model: &Model) -> Result<Self, SnapshotError> {
+        if !bytes.starts_with(&MAGIC) || bytes.len() < HEADER + CHECKSUM {
+            return Err(SnapshotError::NotASnapshot);
+        }
+        let (content, checksum) = bytes.split_at(bytes.len() - CHECKSUM);
+        if xxh3_64(content).to_le_bytes() != *checksum {
+            return Err(SnapshotError::Damaged);
+        }
+        let number = |at: usize| content[at..at + 8].iter().rev().fold(0_u64, |value, &byte| value << 8 | u64::from(byte));
+        let count = model.particle_count();
+        if number(8) != model.fingerprint || content.len() != HEADER + 24 * count {
+            return Err(SnapshotError::OtherModel);
+        }
+        let mut values = content[HEADER..].chunks_exact(4).map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]));
+        let mut column = || values.by_ref().take(count).collect::<Vec<f32>>();
+        let positions = Vectors { x: column(), y: column(), z: column() };
+        let velocities = Vectors { x: column(), y: column(), z: column() };
+        Ok(Self { positions, velocities, steps: number(16) })
+    }
+}
+
+fn columns(vectors: &Vectors) -> [&Vec<f32>; 3] {
+    [&vectors.x, &vectors.y, &vectors.z]
+}

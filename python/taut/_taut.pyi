@@ -1,0 +1,151 @@
+"""The compiled engine. Arrays in, arrays out; every error is one of the exceptions below."""
+
+from typing import TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+class SceneError(ValueError):
+    """A scene cannot be simulated. The text names the field, its value, what is allowed and a remedy."""
+
+class SimulationError(RuntimeError):
+    """A running simulation cannot go on; the state is the one before the failed call."""
+
+class Report(TypedDict):
+    """What happened during a call of :meth:`Engine.step` (all its steps together)."""
+
+    time: float
+    """Time reached [s]."""
+    steps: int
+    """Steps taken by the call."""
+    worst_stretch: float
+    """Largest |X_uv| / L - 1 over all springs at the end of the call."""
+    worst_spring: int
+    """Index of that spring (-1: there are no springs)."""
+    worst_stretch_in_steps: float
+    """Largest stretch after any step of the call."""
+    worst_spring_in_steps: int
+    """Index of that spring (-1: there are no springs)."""
+    limited_steps: int
+    """Steps in which the filter changed a velocity."""
+    limited_springs: int
+    """Springs found over their limit by the filter, summed over the steps."""
+    sweeps: int
+    """Passes over the springs that the filter made, summed over the steps."""
+    kinetic_energy: float
+    """At the end of the call [J]."""
+    elastic_energy: float
+    """Energy stored in the springs at the end of the call [J]."""
+    potential_energy: float
+    """In gravity, relative to the origin, at the end of the call [J]."""
+
+Mesh = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]
+"""vertices [m, before scale], shape (vertices, 3); corners: all faces' vertex indices, one face after the other; counts: corners of each face (3 or more)."""
+
+def scene_schema() -> str:
+    """The JSON schema of a scene; descriptions carry the units."""
+
+def resolve_scene(document: str) -> tuple[str, list[str]]:
+    """Check a scene given as JSON, fill in every default; return it as JSON, and the warnings.
+
+    Raises:
+        SceneError: a field is unknown, misspelt, of the wrong type or out of range.
+    """
+
+def state_hash(positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> str:
+    """XXH3 hash (16 hexadecimal digits) of positions and velocities, both of shape (vertices, 3)."""
+
+class Engine:
+    """A model, its state and its workspace.
+
+    Args:
+        scene: a scene as JSON (resolved or not).
+        meshes: for every ``mesh`` path that the scene names, its geometry.
+        threads: worker threads; results do not depend on it. ``None``: all cores.
+
+    Raises:
+        SceneError: the scene or a mesh cannot be simulated.
+    """
+
+    def __init__(self, scene: str, meshes: dict[str, Mesh], threads: int | None = None) -> None: ...
+    @property
+    def scene(self) -> str:
+        """The resolved scene as JSON."""
+    @property
+    def warnings(self) -> list[str]:
+        """What is suspicious in the scene and what was repaired in its meshes."""
+    @property
+    def threads(self) -> int: ...
+    @property
+    def vertex_count(self) -> int: ...
+    @property
+    def cloths(self) -> list[tuple[str, int, int]]:
+        """Name, first vertex and vertex count of each cloth; vertices keep their order in the file."""
+    @property
+    def faces(self) -> NDArray[np.int32]:
+        """Triangles, shape (triangles, 3)."""
+    @property
+    def springs(self) -> NDArray[np.int32]:
+        """Vertex pairs, shape (springs, 2)."""
+    @property
+    def spring_kind(self) -> NDArray[np.uint8]:
+        """0 structural, 1 shear (both type 1), 2 flexion (type 2); shape (springs,)."""
+    @property
+    def rest_length(self) -> NDArray[np.float32]:
+        """[m], shape (springs,)."""
+    @property
+    def strain_limit(self) -> NDArray[np.float32]:
+        """lambda of each spring, infinite where there is none; shape (springs,)."""
+    @property
+    def mass(self) -> NDArray[np.float32]:
+        """[kg], shape (vertices,)."""
+    @property
+    def pinned(self) -> NDArray[np.bool_]:
+        """Shape (vertices,)."""
+    @property
+    def substeps(self) -> int:
+        """Steps per frame."""
+    @property
+    def step_length(self) -> float:
+        """[s]"""
+    @property
+    def step_bound(self) -> float:
+        """Largest stable step of springs, damping, drag and wind together [s]."""
+    @property
+    def steps(self) -> int:
+        """Steps taken since the start."""
+    @property
+    def time(self) -> float:
+        """[s]"""
+    def positions(self) -> NDArray[np.float32]:
+        """A copy, [m], shape (vertices, 3)."""
+    def velocities(self) -> NDArray[np.float32]:
+        """A copy, [m/s], shape (vertices, 3)."""
+    def read_state(self, positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> None:
+        """Write the state into two arrays of shape (vertices, 3) [m], [m/s]."""
+    def set_state(self, positions: NDArray[np.float32], velocities: NDArray[np.float32], steps: int) -> None:
+        """Replace the state [m], [m/s] and the number of steps taken, from which the time follows.
+
+        Raises:
+            ValueError: a wrong shape or a non-finite number (which one is named).
+        """
+    def step(self, count: int = 1) -> Report:
+        """Advance by ``count`` steps; other Python threads run meanwhile.
+
+        Raises:
+            SimulationError: a vertex became non-finite. The state is the one before the call.
+        """
+    def report(self) -> Report:
+        """The report of the present state (no steps)."""
+    def snapshot(self) -> bytes:
+        """The state, to be given to :meth:`restore` of an engine with the same scene."""
+    def restore(self, snapshot: bytes) -> None:
+        """Go back to a snapshot.
+
+        Raises:
+            ValueError: damaged, or of another scene.
+        """
+    def state_hash(self) -> str:
+        """XXH3 hash (16 hexadecimal digits) of positions and velocities."""
