@@ -102,7 +102,7 @@ impl Engine {
 
     #[getter]
     fn faces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i32>> {
-        let flat = self.model.triangles.corners.iter().flatten().map(|&corner| corner as i32);
+        let flat = self.model.triangles.iter().flatten().map(|&corner| corner as i32);
         arrays::rows_of(PyArray1::from_iter(py, flat), 3)
     }
 

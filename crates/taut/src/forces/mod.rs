@@ -1,7 +1,7 @@
 //! Positions and velocities in, forces out: F_INT + F_EXT of the paper (section 2).
 //!
 //! Each force is a kernel in a file of its own; this one adds them up, particle by particle, each particle gathering
-//! from its springs and triangles in a fixed order.
+//! from its springs and panels in a fixed order.
 
 mod air_drag;
 mod damping;
@@ -22,14 +22,14 @@ pub use spring::elastic_energy;
 pub struct Forces {
     /// F on each particle [N]; zero on held ones.
     total: Vectors,
-    wind: wind::OnTriangles,
+    wind: wind::OnPanels,
 }
 
 impl Forces {
     /// Workspace for a model.
     #[must_use]
     pub fn new(model: &Model) -> Self {
-        Self { total: Vectors::zeros(model.particle_count()), wind: wind::OnTriangles::new(model) }
+        Self { total: Vectors::zeros(model.particle_count()), wind: wind::OnPanels::new(model) }
     }
 
     /// The forces that [`accumulate`] found [N].

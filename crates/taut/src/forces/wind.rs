@@ -1,4 +1,4 @@
-//! Wind (paper, section 2.2), in the classical form on triangles and in the paper's cheaper form on particles.
+//! Wind (paper, section 2.2), in the classical form on triangles (panels) and in the paper's cheaper form on particles.
 //!
 //! Both act along the normal and on the velocity relative to the moving air; see docs/equations.md, "Wind", for how the
 //! printed scalar formulas are read.
@@ -10,23 +10,23 @@ use crate::model::{Air, Model};
 use crate::scene::WindModel;
 use crate::state::State;
 
-/// What a first pass over the triangles leaves for the particles to gather.
+/// What a first pass over the panels leaves for the particles to gather.
 #[derive(Debug)]
-pub(super) struct OnTriangles {
+pub(super) struct OnPanels {
     /// Area vectors [m^2] in the particle form, forces on one corner [N] in the triangle form; empty without wind.
     values: Vectors,
     /// Phase of each gust wave at the time of the step [turns].
     phases: Vec<f32>,
 }
 
-impl OnTriangles {
+impl OnPanels {
     pub(super) fn new(model: &Model) -> Self {
-        let triangles = if model.air.is_some() { model.triangles.corners.len() } else { 0 };
+        let panels = if model.air.is_some() { model.panels.corners.len() } else { 0 };
         let waves = model.air.as_ref().map_or(0, |air| air.waves.len());
-        Self { values: Vectors::zeros(triangles), phases: vec![0.0; waves] }
+        Self { values: Vectors::zeros(panels), phases: vec![0.0; waves] }
     }
 
-    /// First pass: a value for each triangle.
+    /// First pass: a value for each panel.
     pub(super) fn prepare(&mut self, model: &Model, state: &State, pool: &Pool) {
         let Some(air) = &model.air else { return };
         let time = state.time(model);
@@ -35,10 +35,10 @@ impl OnTriangles {
         }
         let phases = &self.phases;
         self.values.for_each_chunk(pool, |chunk| {
-            chunk.map(|triangle, _| {
-                let corners = model.triangles.corners[triangle].map(|corner| corner as usize);
+            chunk.map(|panel, _| {
+                let corners = model.panels.corners[panel].map(|corner| corner as usize);
                 let [a, b, c] = corners.map(|corner| state.positions.get(corner));
-                let area_vector = 0.5 * (b - a).cross(c - a);
+                let area_vector = (b - a).cross(c - a) * (0.5 * model.panels.weight[panel]);
                 if air.model == WindModel::Particle {
                     return area_vector;
                 }
@@ -58,8 +58,8 @@ impl OnTriangles {
     #[inline]
     pub(super) fn on_particle(&self, model: &Model, state: &State, particle: usize) -> Vec3 {
         let Some(air) = &model.air else { return Vec3::ZERO };
-        let around = model.triangles.around.of(particle);
-        let values = around.iter().map(|&triangle| self.values.get(triangle as usize));
+        let around = model.panels.around.of(particle);
+        let values = around.iter().map(|&panel| self.values.get(panel as usize));
         if air.model == WindModel::Triangle {
             return values.sum();
         }

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use glam::{DQuat, DVec3, EulerRot};
 use xxhash_rust::xxh3::Xxh3;
 
-use super::part::Part;
+use super::part::{Panel, Part};
 use super::{
-    Adjacency, Air, ClothRange, Link, MeshData, Model, Particles, PinGroup, SpringKind, Springs, Timing, Triangles, grid, mesh,
+    Adjacency, Air, ClothRange, Link, MeshData, Model, Panels, Particles, PinGroup, SpringKind, Springs, Timing, grid, mesh,
     network, pins, reach, step_bound,
 };
 use crate::geometry::Vectors;
@@ -51,7 +51,6 @@ fn build_part(cloth: &Cloth, at: &str, meshes: &BTreeMap<String, MeshData>) -> R
     let placed = cloth.scale != 1.0 || cloth.rotate != [0.0; 3] || cloth.translate != [0.0; 3];
     if placed {
         part.points.iter_mut().for_each(|point| *point = place(*point));
-        part.area.iter_mut().for_each(|area| *area *= cloth.scale * cloth.scale);
     }
     Ok(part)
 }
@@ -62,6 +61,7 @@ struct Assembly {
     cloths: Vec<ClothRange>,
     particles: Particles,
     triangles: Vec<[u32; 3]>,
+    panels: Vec<Panel>,
     springs: Vec<Spring>,
     pins: Vec<PinGroup>,
     /// Largest drag rate per unit of relative wind speed [1/m] and in still air [1/s].
@@ -88,11 +88,12 @@ impl Assembly {
         let material = cloth.material();
         self.warnings.extend(part.notes.iter().map(|note| format!("{} ({at}): {note}", cloth.name)));
         self.pins.extend(pins::build(cloth, &part, at, first as u32, &mut self.warnings)?);
+        let areas = part.areas();
         for (index, point) in part.points.iter().enumerate() {
             let mass = match cloth.network.as_ref().map(|network| &network.mass) {
                 Some(PointMass::One(mass)) => *mass,
                 Some(PointMass::Each(masses)) => masses[index],
-                None => material.density * part.area[index],
+                None => material.density * areas[index],
             };
             let single = mass as f32;
             // Vertices without a face have no mass; they are held where they are.
@@ -106,12 +107,14 @@ impl Assembly {
             rest.y.push(point.y);
             rest.z.push(point.z);
             if mass > 0.0 {
-                self.wind_rate = self.wind_rate.max(material.drag_coefficient * part.area[index] / mass);
+                self.wind_rate = self.wind_rate.max(material.drag_coefficient * areas[index] / mass);
             }
         }
         self.drag_rate = self.drag_rate.max(material.air_drag);
         let shift = first as u32;
         self.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| corner + shift)));
+        let shifted = |panel: &Panel| Panel { corners: panel.corners.map(|corner| corner + shift), ..*panel };
+        self.panels.extend(part.panels.iter().map(shifted));
         self.springs.extend(part.springs.iter().map(|seed| {
             let stiffness = match seed.kind {
                 SpringKind::Structural => material.stiffness,
@@ -151,11 +154,16 @@ impl Assembly {
             let (rest, stiffness, damping) = (springs.rest[index], springs.stiffness[index], springs.damping[index]);
             [(a, b), (b, a)].map(|(here, other)| (here, Link { other, rest, stiffness, damping }))
         });
-        let around = (0..).zip(&self.triangles).flat_map(|(index, corners)| corners.map(|corner| (corner, index)));
+        let around = (0..).zip(&self.panels).flat_map(|(index, panel)| panel.corners.map(|corner| (corner, index)));
         Ok(Model {
             links: Adjacency::new(count, links),
             fingerprint: fingerprint(scene, &self.particles.rest, &springs),
-            triangles: Triangles { around: Adjacency::new(count, around), corners: self.triangles },
+            panels: Panels {
+                around: Adjacency::new(count, around),
+                corners: self.panels.iter().map(|panel| panel.corners).collect(),
+                weight: self.panels.iter().map(|panel| panel.weight).collect(),
+            },
+            triangles: self.triangles,
             cloths: self.cloths,
             particles: self.particles,
             springs,

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::SpringKind::{Flexion, Shear, Structural};
-use super::part::{Part, SpringSeed};
+use super::part::{Panel, Part, SpringSeed};
 use crate::scene::{Corner, Edge, Grid};
 
 /// Builds the lattice; vertex `(i, j)` (column, row from the bottom left) has number `j * columns + i`.
@@ -16,34 +16,41 @@ pub(super) fn build(grid: &Grid, flexion: bool) -> Part {
     for j in 0..=ny {
         for i in 0..=nx {
             part.points.push(origin + right * (cell[0] * f64::from(i)) + up * (cell[1] * f64::from(j)));
-            part.area.push(cell[0] * cell[1] * inner(i, nx) * inner(j, ny));
         }
     }
     part.triangles = triangles(grid.cells);
+    part.panels = panels(grid.cells);
     part.springs = springs(grid.cells, cell, flexion);
     part
 }
 
-/// 1 inside, 1/2 on the border: how much of a full cell a row or column stands for.
+/// 1 inside, 1/2 on the border: how much cloth lies beside a row or column of springs.
 fn inner(index: u32, cells: u32) -> f64 {
     if index == 0 || index == cells { 0.5 } else { 1.0 }
 }
 
-/// Two triangles a cell, their diagonal alternating so that the cloth has no grain of its own.
-fn triangles([nx, ny]: [u32; 2]) -> Vec<[u32; 3]> {
-    let mut triangles = Vec::with_capacity(2 * nx as usize * ny as usize);
-    for j in 0..ny {
-        for i in 0..nx {
+/// Column and row of each cell and its corners, counter-clockwise from the bottom left.
+fn cells([nx, ny]: [u32; 2]) -> impl Iterator<Item = (u32, u32, [u32; 4])> {
+    (0..ny).flat_map(move |j| {
+        (0..nx).map(move |i| {
             let a = j * (nx + 1) + i;
-            let (b, c, d) = (a + 1, a + nx + 2, a + nx + 1);
-            if (i + j) % 2 == 0 {
-                triangles.extend([[a, b, c], [a, c, d]]);
-            } else {
-                triangles.extend([[a, b, d], [b, c, d]]);
-            }
-        }
-    }
-    triangles
+            (i, j, [a, a + 1, a + nx + 2, a + nx + 1])
+        })
+    })
+}
+
+/// Two triangles a cell, their diagonal alternating so that the cloth shows no grain of its own.
+fn triangles(counts: [u32; 2]) -> Vec<[u32; 3]> {
+    let halves = |(i, j, [a, b, c, d]): (u32, u32, [u32; 4])| {
+        if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+    };
+    cells(counts).flat_map(halves).collect()
+}
+
+/// Both ways to cut a cell: every corner then stands for a quarter of it, and no diagonal is preferred.
+fn panels(counts: [u32; 2]) -> Vec<Panel> {
+    let all = cells(counts).flat_map(|(_, _, [a, b, c, d])| [[a, b, c], [a, c, d], [a, b, d], [b, c, d]]);
+    all.map(|corners| Panel { corners, weight: 0.5 }).collect()
 }
 
 /// Structural springs (both directions), then shear springs (both diagonals), then type 2 springs.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use super::SpringKind::{Flexion, Shear, Structural};
-use super::part::{Part, SpringSeed};
+use super::part::{Panel, Part, SpringSeed};
 use super::winding;
 use crate::scene::SceneError;
 
@@ -50,21 +50,17 @@ struct Side {
 pub(super) fn build(mesh: &MeshData, field: &str, flexion: bool) -> Result<Part, SceneError> {
     check(mesh, field)?;
     let points: Vec<DVec3> = mesh.vertices.iter().copied().map(DVec3::from_array).collect();
-    let mut part = Part { area: vec![0.0; points.len()], points, ..Part::default() };
+    let mut part = Part { points, ..Part::default() };
     let faces = triangulate(mesh, &part.points, &mut part.notes);
     if faces.is_empty() {
         return Err(SceneError::at(field, "has no face with an area; a cloth needs at least one triangle"));
-    }
-    for face in &faces {
-        for corner in face.corners {
-            part.area[corner as usize] += face.area / 3.0;
-        }
     }
     part.triangles = faces.iter().map(|face| face.corners).collect();
     let flipped = winding::make_consistent(&mut part.triangles);
     if flipped > 0 {
         part.notes.push(format!("{flipped} faces were turned round so that all face the same way"));
     }
+    part.panels = part.triangles.iter().map(|&corners| Panel { corners, weight: 1.0 }).collect();
     note_oddities(&mut part);
     springs(&faces, &mut part, flexion);
     Ok(part)
@@ -137,7 +133,7 @@ fn split(polygon: &[u32], points: &[DVec3]) -> Vec<Face> {
 }
 
 fn note_oddities(part: &mut Part) {
-    let isolated = part.area.iter().filter(|&&area| area == 0.0).count();
+    let isolated = part.areas().iter().filter(|&&area| area == 0.0).count();
     if isolated > 0 {
         part.notes.push(format!("{isolated} vertices belong to no face; they stay where they are"));
     }

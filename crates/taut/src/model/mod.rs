@@ -35,8 +35,10 @@ pub struct Model {
     pub springs: Springs,
     /// What pulls at each particle.
     pub links: Adjacency<Link>,
-    /// The triangles of all cloths.
-    pub triangles: Triangles,
+    /// The triangles of all cloths, as they are shown: particles counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// The same surface as masses and wind see it.
+    pub panels: Panels,
     /// Held particles.
     pub pins: Vec<PinGroup>,
     /// Acceleration of gravity [m/s^2].
@@ -79,12 +81,15 @@ pub struct Particles {
     pub drag_coefficient: Vec<f32>,
 }
 
-/// The triangles of all cloths.
+/// Triangles that catch the wind. A mesh's are its own; the cells of a grid are cut both ways, each counting half, so
+/// that all corners of a cell are alike.
 #[derive(Debug, Default)]
-pub struct Triangles {
+pub struct Panels {
     /// Their particles, counter-clockwise seen from the front.
     pub corners: Vec<[u32; 3]>,
-    /// The triangles around each particle.
+    /// The part for which each counts [1].
+    pub weight: Vec<f32>,
+    /// The panels around each particle.
     pub around: Adjacency<u32>,
 }
 

@@ -14,7 +14,7 @@ const STRAIGHT: f64 = 0.866;
 /// Links become structural springs whose constant is the stiffness itself (the paper's k_s).
 pub(super) fn build(network: &Network, flexion: bool) -> Part {
     let points: Vec<DVec3> = network.points.iter().copied().map(DVec3::from_array).collect();
-    let mut part = Part { area: vec![0.0; points.len()], points, ..Part::default() };
+    let mut part = Part { points, ..Part::default() };
     let mut seen = BTreeSet::new();
     let links: Vec<[u32; 2]> = network.links.iter().copied().filter(|&[a, b]| seen.insert([a.min(b), a.max(b)])).collect();
     if links.len() < network.links.len() {

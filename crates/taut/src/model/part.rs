@@ -9,14 +9,23 @@ use super::SpringKind;
 pub(super) struct Part {
     /// Rest positions [m].
     pub points: Vec<DVec3>,
-    /// Area that each point stands for [m^2]; zero in networks and for isolated vertices.
-    pub area: Vec<f64>,
     /// Triangles, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
+    /// The same surface as masses and wind see it.
+    pub panels: Vec<Panel>,
     /// Springs in the order in which they are reported.
     pub springs: Vec<SpringSeed>,
     /// Repairs and oddities, one sentence each.
     pub notes: Vec<String>,
+}
+
+/// A triangle that counts for a part of itself: where a cell has no natural diagonal, both ways to cut it count half.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Panel {
+    /// Its corners, counter-clockwise seen from the front.
+    pub corners: [u32; 3],
+    /// The part [1].
+    pub weight: f32,
 }
 
 /// A spring without its material.
@@ -34,5 +43,18 @@ impl Part {
     /// Distance between two points at rest [m].
     pub fn rest_length(&self, ends: [u32; 2]) -> f64 {
         self.points[ends[0] as usize].distance(self.points[ends[1] as usize])
+    }
+
+    /// Area that each point stands for: a third of its panels [m^2]; zero in networks and for isolated vertices.
+    ///
+    /// Wind is shared out the same way, so that a flat cloth in a steady wind moves as one.
+    pub fn areas(&self) -> Vec<f64> {
+        let mut areas = vec![0.0; self.points.len()];
+        for panel in &self.panels {
+            let [a, b, c] = panel.corners.map(|corner| self.points[corner as usize]);
+            let third = f64::from(panel.weight) * (b - a).cross(c - a).length() / 6.0;
+            panel.corners.iter().for_each(|&corner| areas[corner as usize] += third);
+        }
+        areas
     }
 }

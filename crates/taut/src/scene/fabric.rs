@@ -54,12 +54,12 @@ impl Fabric {
             drag_coefficient,
         };
         match self {
-            Self::Silk => row(0.06, 0.07, 10.0, 4.0, 0.003, 0.2, 1.2),
-            Self::Cotton => row(0.05, 0.13, 20.0, 10.0, 0.006, 0.1, 1.2),
-            Self::Wool => row(0.08, 0.25, 25.0, 12.0, 0.01, 0.1, 1.2),
-            Self::Denim => row(0.03, 0.40, 60.0, 40.0, 0.02, 0.05, 1.2),
-            Self::Nylon => row(0.04, 0.10, 20.0, 10.0, 0.006, 0.1, 1.2),
-            Self::Leather => row(0.02, 0.80, 100.0, 80.0, 0.04, 0.05, 1.2),
+            Self::Silk => row(0.06, 0.07, 10.0, 3.0, 0.002, 0.25, 1.2),
+            Self::Cotton => row(0.05, 0.13, 20.0, 10.0, 0.004, 0.15, 1.2),
+            Self::Wool => row(0.08, 0.25, 25.0, 10.0, 0.0075, 0.1, 1.2),
+            Self::Denim => row(0.03, 0.41, 60.0, 36.0, 0.012, 0.05, 1.2),
+            Self::Nylon => row(0.04, 0.10, 20.0, 10.0, 0.004, 0.2, 1.2),
+            Self::Leather => row(0.02, 0.60, 100.0, 100.0, 0.03, 0.05, 1.2),
         }
     }
 
@@ -67,10 +67,10 @@ impl Fabric {
     #[must_use]
     pub fn usual_density(self) -> (f64, f64) {
         match self {
-            Self::Silk => (0.02, 0.2),
+            Self::Silk => (0.015, 0.2),
             Self::Cotton => (0.05, 0.5),
             Self::Wool => (0.1, 0.7),
-            Self::Denim => (0.2, 0.6),
+            Self::Denim => (0.15, 0.85),
             Self::Nylon => (0.03, 0.3),
             Self::Leather => (0.3, 2.5),
         }

@@ -1,0 +1,52 @@
+# `make demo` shows taut, `make test` checks it; each does all the set-up it needs.
+PYTHON ?= python3
+BIN := .venv/bin
+RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+
+.PHONY: setup demo test test-rust test-python lint bench docs clean
+.DEFAULT_GOAL := demo
+
+setup: .venv/built scenes/meshes/cape.obj
+
+.venv/ready: pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "taut needs Python 3.11 or newer, this is " + sys.version.split()[0])'
+	@command -v cargo > /dev/null || { echo "taut needs Rust (cargo): see https://rustup.rs"; exit 1; }
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.9,<2'
+	@touch $@
+
+.venv/built: .venv/ready $(RUST_SOURCES)
+	$(BIN)/maturin develop --release --quiet --extras dev
+	@touch $@
+
+scenes/meshes/cape.obj: scenes/meshes/make_cape.py .venv/built
+	$(BIN)/python $<
+
+demo: setup
+	$(BIN)/python tools/demo.py
+
+test: lint test-rust test-python
+
+lint: setup
+	cargo fmt --check
+	cargo clippy --quiet --all-targets -- --deny warnings
+	$(BIN)/ruff check --quiet .
+	$(BIN)/ruff format --quiet --check .
+	$(BIN)/mypy
+	$(BIN)/stubtest taut._taut
+	$(BIN)/python tools/check_house.py
+
+test-rust:
+	cargo test --quiet
+
+test-python: setup
+	$(BIN)/pytest --quiet
+
+bench: setup
+	cargo bench --package taut
+
+docs: setup
+	$(BIN)/taut schema > docs/scene.schema.json
+
+clean:
+	rm -rf .venv target out scenes/meshes/cape.obj

@@ -1,0 +1,200 @@
+//! Motions whose answer is known in closed form.
+#![allow(missing_docs)]
+
+mod common;
+
+use common::{Simulation, chain_links, network, scene_of};
+use glam::Vec3;
+use serde_json::{Value, json};
+
+const G: f64 = 9.81;
+
+/// Times at which a sampled signal passes zero, interpolated.
+fn zero_crossings(step: f64, signal: &[f64]) -> Vec<f64> {
+    let pairs = signal.windows(2).enumerate();
+    pairs
+        .filter(|(_, pair)| pair[0] * pair[1] < 0.0)
+        .map(|(index, pair)| step * (index as f64 + pair[0] / (pair[0] - pair[1])))
+        .collect()
+}
+
+#[test]
+fn a_spring_has_the_period_of_its_mass_and_stiffness() {
+    let (mass, stiffness) = (0.05, 20.0);
+    let mut cloth = network(&[[0.0; 3], [0.0, 0.0, 1.0]], &[[0, 1]], mass);
+    cloth["stiffness"] = json!(stiffness);
+    cloth["pins"] = json!([{ "vertices": [0] }]);
+    let mut run = Simulation::new(&scene_of(cloth, 40, "none", 0.0));
+    run.state.velocities.set(1, Vec3::new(0.0, 0.0, 0.2));
+    let step = run.step_length();
+    let offset: Vec<f64> = (0..9600)
+        .map(|_| {
+            run.steps(1);
+            f64::from(run.state.positions.z[1]) - 1.0
+        })
+        .collect();
+    let crossings = zero_crossings(step, &offset);
+    let halves = crossings.len() - 1;
+    let period = 2.0 * (crossings[halves] - crossings[0]) / halves as f64;
+    // The velocity-first Euler method has the period of sin(w' h / 2) = w h / 2.
+    let frequency = (stiffness / mass).sqrt();
+    let exact = std::f64::consts::PI * step / (frequency * step / 2.0).asin();
+    assert!((period / exact - 1.0).abs() < 1e-5, "{period} s instead of {exact} s");
+    assert!((period * frequency / std::f64::consts::TAU - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn free_fall_is_late_by_half_a_step_exactly() {
+    let mut run = Simulation::new(&scene_of(network(&[[0.0; 3]], &[], 0.1), 4, "none", G));
+    run.steps(240);
+    let time = run.state.time(&run.model);
+    let expected = -0.5 * G * time * time - 0.5 * G * run.step_length() * time;
+    assert!((f64::from(run.state.positions.z[0]) / expected - 1.0).abs() < 1e-5);
+    assert!((f64::from(run.state.velocities.z[0]) / (-G * time) - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn stokes_drag_ends_at_g_over_k() {
+    let mut cloth = network(&[[0.0; 3]], &[], 0.1);
+    cloth["air_drag"] = json!(2.5);
+    let mut run = Simulation::new(&scene_of(cloth, 4, "none", G));
+    run.steps(2400);
+    assert!((f64::from(run.state.velocities.z[0]) / (-G / 2.5) - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn wind_ends_the_fall_of_a_flat_sheet_at_its_terminal_velocity() {
+    for form in ["particle", "triangle"] {
+        let (density, drag) = (0.2, 1.2);
+        let cloth = json!({
+            "grid": { "size": [1.0, 1.0], "cells": [9, 9], "axes": ["x", "y"] },
+            "density": density, "drag_coefficient": drag, "air_drag": 0.0, "stiffness": 50.0, "damping": 0.05,
+        });
+        let mut scene = scene_of(cloth, 30, "sweeps", G);
+        scene["wind"] = json!({ "model": form, "density": 1.2 });
+        let mut run = Simulation::new(&scene);
+        run.steps(30 * 60 * 4);
+        let count = run.model.particle_count() as f64;
+        let speed = -run.state.velocities.z.iter().map(|&z| f64::from(z)).sum::<f64>() / count;
+        let expected = (2.0 * density * G / (1.2 * drag)).sqrt();
+        assert!((speed / expected - 1.0).abs() < 0.005, "{form}: {speed} m/s instead of {expected} m/s");
+    }
+}
+
+#[test]
+fn a_free_sheet_keeps_its_momentum() {
+    for filter in ["none", "sweeps"] {
+        let cloth = json!({
+            "grid": { "size": [1.0, 1.0], "cells": [16, 16], "axes": ["x", "y"] },
+            "density": 0.2, "air_drag": 0.0, "strain_limit": 0.05,
+        });
+        let mut run = Simulation::new(&scene_of(cloth, 20, filter, 0.0));
+        for particle in 0..run.model.particle_count() {
+            let wave = (particle as f32 * 0.7).sin();
+            run.state.velocities.set(particle, Vec3::new(1.0 + 0.5 * wave, 0.3 * wave, wave));
+        }
+        let momentum = |run: &Simulation| {
+            let moving = run.state.velocities.iter().zip(&run.model.particles.mass);
+            moving.map(|(velocity, &mass)| velocity.as_dvec3() * f64::from(mass)).sum::<glam::DVec3>()
+        };
+        let before = momentum(&run);
+        let summary = run.steps(20 * 60);
+        assert_eq!(filter == "sweeps", summary.limited_steps > 0, "{filter}");
+        let drift = (momentum(&run) - before).length() / before.length();
+        assert!(drift < 2e-6, "{filter}: momentum drifts by {drift}");
+    }
+}
+
+/// A chain of inextensible links, straight from `from` in direction `along`, the first bead held.
+fn chain(links: u32, along: [f64; 3], iterations: u32, substeps: u32) -> Value {
+    let length = 1.0 / f64::from(links);
+    let points: Vec<[f64; 3]> = (0..=links).map(|bead| along.map(|part| part * length * f64::from(bead))).collect();
+    let mut cloth = network(&points, &chain_links(links), 0.01);
+    cloth["strain_limit"] = json!(1e-5);
+    cloth["pins"] = json!([{ "vertices": [0] }]);
+    let mut scene = scene_of(cloth, substeps, "sweeps", G);
+    scene["solver"]["iterations"] = json!(iterations);
+    scene["solver"]["tolerance"] = json!(1e-5);
+    scene
+}
+
+#[test]
+fn a_hanging_chain_swings_with_the_period_of_the_laguerre_root() {
+    // w^2 l / g is the smallest root of the Laguerre polynomial L_32: T = 1.68129 s for 32 links and 1 m.
+    let angle = 0.04_f64;
+    let mut run = Simulation::new(&chain(32, [angle.sin(), 0.0, -angle.cos()], 3000, 8));
+    let step = run.step_length();
+    let swing: Vec<f64> = (0..8 * 60 * 6)
+        .map(|_| {
+            run.steps(1);
+            f64::from(run.state.positions.x[32])
+        })
+        .collect();
+    let crossings = zero_crossings(step, &swing);
+    let halves = crossings.len() - 1;
+    let period = 2.0 * (crossings[halves] - crossings[0]) / halves as f64;
+    assert!(halves >= 4, "only {halves} half swings");
+    assert!((period / 1.68129 - 1.0).abs() < 0.01, "period {period} s");
+}
+
+#[test]
+fn a_chain_between_two_pins_hangs_in_the_discrete_catenary() {
+    let (links, span) = (24_u32, 1.0 / 1.2);
+    let length = 1.0 / f64::from(links);
+    let (half, slope) = (0.5 * span, (0.25_f64 - 0.25 * span * span).sqrt());
+    let bead = |index: u32| {
+        let way = f64::from(index) / f64::from(links);
+        [span * way, 0.0, -slope * (1.0 - (2.0 * way - 1.0).abs())]
+    };
+    let points: Vec<[f64; 3]> = (0..=links).map(bead).collect();
+    assert!((half.hypot(slope) - 0.5).abs() < 1e-12);
+    let mut cloth = network(&points, &chain_links(links), 0.01);
+    cloth["strain_limit"] = json!(1e-5);
+    cloth["air_drag"] = json!(6.0);
+    cloth["pins"] = json!([{ "vertices": [0, links] }]);
+    let mut scene = scene_of(cloth, 4, "sweeps", G);
+    scene["solver"]["iterations"] = json!(2000);
+    scene["solver"]["tolerance"] = json!(1e-5);
+    let mut run = Simulation::new(&scene);
+    run.steps(4 * 60 * 8);
+    let expected = catenary(links, length, span);
+    for (index, [x, z]) in expected.iter().enumerate() {
+        let found = run.state.positions.get(index).as_dvec3();
+        let error = (found.x - x).hypot(found.z - z);
+        assert!(error < 1e-3, "bead {index} is {error} m off its place");
+    }
+}
+
+/// Beads of the discrete catenary: the tangents of the links' angles are equally spaced by m g / H.
+fn catenary(links: u32, length: f64, span: f64) -> Vec<[f64; 2]> {
+    let tangent = |link: u32, spacing: f64| (f64::from(link) - 0.5 * f64::from(links - 1)) * spacing;
+    let width = |spacing: f64| (0..links).map(|link| length / tangent(link, spacing).hypot(1.0)).sum::<f64>();
+    let (mut low, mut high) = (0.0, 100.0);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if width(middle) > span { low = middle } else { high = middle }
+    }
+    let mut beads = vec![[0.0, 0.0]];
+    for link in 0..links {
+        let tangent = tangent(link, low);
+        let across = length / tangent.hypot(1.0);
+        let [x, z] = beads[beads.len() - 1];
+        beads.push([x + across, z + across * tangent]);
+    }
+    beads
+}
+
+#[test]
+fn the_literal_method_freezes_a_taut_pendulum_and_sweeps_do_not() {
+    for (filter, swings) in [("sequential", false), ("sweeps", true)] {
+        let mut cloth = network(&[[0.0; 3], [1.0, 0.0, 0.0]], &[[0, 1]], 0.1);
+        cloth["pins"] = json!([{ "vertices": [0] }]);
+        let mut run = Simulation::new(&scene_of(cloth, 16, filter, G));
+        // Out to the limit: the spring is taut, gravity pulls at right angles.
+        run.state.positions.set(1, Vec3::new(1.1, 0.0, 0.0));
+        run.steps(16 * 30);
+        let fallen = -run.state.positions.z[1];
+        assert_eq!(fallen > 0.5, swings, "{filter}: fell {fallen} m in half a second");
+        assert!(swings || fallen < 1e-3, "{filter}: fell {fallen} m in half a second");
+    }
+}

@@ -1,0 +1,75 @@
+//! Scenes in a few words, for all tests.
+#![allow(dead_code, missing_docs)]
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+use taut::advance::{Summary, advance};
+use taut::model::{MeshData, Model};
+use taut::scene::Scene;
+use taut::state::State;
+use taut::step::Work;
+
+pub struct Simulation {
+    pub model: Model,
+    pub state: State,
+    before: State,
+    pub work: Work,
+}
+
+impl Simulation {
+    pub fn new(scene: &Value) -> Self {
+        Self::on_threads(scene, 1)
+    }
+
+    pub fn on_threads(scene: &Value, threads: usize) -> Self {
+        let model = model(scene);
+        let state = State::new(&model);
+        let work = Work::new(&model, threads);
+        Self { before: state.clone(), model, state, work }
+    }
+
+    pub fn steps(&mut self, count: u64) -> Summary {
+        advance(&self.model, &mut self.state, &mut self.before, &mut self.work, count).expect("stays finite")
+    }
+
+    pub fn step_length(&self) -> f64 {
+        self.model.timing.step_length
+    }
+}
+
+pub fn scene(value: &Value) -> Scene {
+    Scene::from_json(&value.to_string()).expect("a valid scene")
+}
+
+pub fn model(value: &Value) -> Model {
+    Model::build(&scene(value), &BTreeMap::new()).expect("a model")
+}
+
+pub fn mesh_model(cloth: Value, mesh: MeshData) -> Model {
+    let mut cloth = cloth;
+    cloth["mesh"] = json!("mesh");
+    let meshes = BTreeMap::from([("mesh".to_owned(), mesh)]);
+    Model::build(&scene(&json!({ "cloth": [cloth] })), &meshes).expect("a model")
+}
+
+/// A cloth of points and links with neither stiffness, damping nor drag.
+pub fn network(points: &[[f64; 3]], links: &[[u32; 2]], mass: f64) -> Value {
+    json!({
+        "network": { "points": points, "links": links, "mass": mass },
+        "stiffness": 0.0, "damping": 0.0, "air_drag": 0.0, "strain_limit": 0.1,
+    })
+}
+
+/// Point numbers of a chain of `links` links, each joined to the next.
+pub fn chain_links(links: u32) -> Vec<[u32; 2]> {
+    (0..links).map(|link| [link, link + 1]).collect()
+}
+
+/// One cloth, frames of 1/60 s, a fixed number of steps a frame.
+pub fn scene_of(cloth: Value, substeps: u32, filter: &str, gravity: f64) -> Value {
+    json!({
+        "fps": 60.0, "gravity": [0.0, 0.0, -gravity], "cloth": [cloth],
+        "solver": { "substeps": substeps, "filter": filter },
+    })
+}

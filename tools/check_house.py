@@ -1,0 +1,105 @@
+"""Checks that the tree keeps its own rules: who may import whom, what the engine may not touch, which paths exist.
+
+Run by `make lint`; prints one line for each broken rule and fails if there is any.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+ENGINE = ROOT / "crates" / "taut" / "src"
+PACKAGE = ROOT / "python" / "taut"
+
+# A room of the engine may use the rooms named here and itself.
+ENGINE_RULES: dict[str, set[str]] = {
+    "geometry": set(),
+    "scene": set(),
+    "model": {"scene", "geometry"},
+    "state": {"model", "geometry"},
+    "forces": {"scene", "model", "state", "geometry"},
+    "integrate": {"scene", "model", "state", "geometry"},
+    "filter": {"scene", "model", "state", "geometry"},
+    "health": {"model", "state", "geometry", "forces", "filter"},
+    "step": {"model", "state", "geometry", "forces", "integrate", "filter", "health"},
+    "advance": {"model", "state", "health", "step"},
+}
+
+# What the engine never touches: files, clocks, the network, printing.
+FORBIDDEN_IN_ENGINE = re.compile(
+    r"\bstd::(fs|net|time|process|env)\b|\be?print(ln)?!|\bdbg!|\bSystemTime\b|\bInstant\b|\bfmul_add|\.mul_add\("
+)
+
+# Modules of the package that may not import the ones on the right.
+PACKAGE_RULES: dict[str, set[str]] = {
+    "formats": {"cli", "cache", "render", "run", "simulation"},
+    "render": {"cli", "cache", "formats", "run", "simulation"},
+    "cache": {"cli", "render", "formats", "run"},
+    "scene": {"cli", "cache", "render", "run", "simulation"},
+    "simulation": {"cli", "render"},
+    "run": {"cli", "render"},
+}
+
+LONGEST_FILE = 450
+
+
+def engine_imports() -> list[str]:
+    """Imports between the rooms of the engine that its rules do not allow."""
+    broken = []
+    for path in sorted(ENGINE.rglob("*.rs")):
+        room = path.relative_to(ENGINE).parts[0].removesuffix(".rs")
+        if room == "lib":
+            continue
+        if room not in ENGINE_RULES:
+            broken.append(f"{path.relative_to(ROOT)}: no rule for the room `{room}`; add it to ENGINE_RULES")
+            continue
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            for other in re.findall(r"\bcrate::(\w+)", line):
+                if other != room and other not in ENGINE_RULES[room]:
+                    broken.append(f"{path.relative_to(ROOT)}:{number}: `{room}` must not use `{other}`")
+            if FORBIDDEN_IN_ENGINE.search(line.split("//")[0]):
+                broken.append(f"{path.relative_to(ROOT)}:{number}: the engine must not use `{line.strip()}`")
+    return broken
+
+
+def package_imports() -> list[str]:
+    """Imports between the modules of the package that its rules do not allow."""
+    broken = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        module = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            for other in re.findall(r"(?:from|import) taut\.(\w+)", line):
+                if other in PACKAGE_RULES.get(module, set()):
+                    broken.append(f"{path.relative_to(ROOT)}:{number}: `{module}` must not import `{other}`")
+    return broken
+
+
+def paths_in_documents() -> list[str]:
+    """Paths that a document names in backticks and that are not there."""
+    broken = []
+    for document in [ROOT / "ARCHITECTURE.md", ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+        for path in re.findall(r"`((?:crates|python|scenes|docs|tests|tools|benches)/[\w./-]*)`", document.read_text()):
+            if not (ROOT / path).exists():
+                broken.append(f"{document.relative_to(ROOT)}: names `{path}`, which does not exist")
+    return broken
+
+
+def long_files() -> list[str]:
+    """Files that have grown out of their room."""
+    broken = []
+    for folder in ("crates", "python", "tests", "tools"):
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.suffix in {".rs", ".py"} and (lines := len(path.read_text().splitlines())) > LONGEST_FILE:
+                broken.append(f"{path.relative_to(ROOT)}: {lines} lines; split it (at most {LONGEST_FILE})")
+    return broken
+
+
+def main() -> None:
+    """Prints every broken rule."""
+    broken = engine_imports() + package_imports() + paths_in_documents() + long_files()
+    print("\n".join(broken))
+    sys.exit(1 if broken else 0)
+
+
+if __name__ == "__main__":
+    main()
