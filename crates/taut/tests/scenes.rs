@@ -27,26 +27,41 @@ fn error(scene: &Value) -> String {
 #[test]
 fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
     let cases: Vec<(Value, &[&str])> = vec![
-        (grid(|s| s["cloth"][0]["strain_limit"] = json!(1.5)), &["scene.cloth[0].strain_limit = 1.5: must be in (0, 1]; try 0.05"]),
+        (
+            grid(|s| s["cloth"][0]["strain_limit"] = json!(1.5)),
+            &["scene.cloth[0].strain_limit = 1.5: must be in (0, 1]; try 0.05"],
+        ),
         (grid(|s| s["cloth"][0]["strain_limt"] = json!(0.1)), &["scene.cloth[0].strain_limt", "did you mean `strain_limit`?"]),
         (grid(|s| s["durration"] = json!(1)), &["scene.durration", "did you mean `duration`?"]),
-        (grid(|s| s["cloth"][0]["fabric"] = json!("slik")), &["scene.cloth[0].fabric = \"slik\"", "did you mean `silk`?", "nylon"]),
+        (
+            grid(|s| s["cloth"][0]["fabric"] = json!("slik")),
+            &["scene.cloth[0].fabric = \"slik\"", "did you mean `silk`?", "nylon"],
+        ),
         (grid(|s| s["solver"]["filter"] = json!("sweep")), &["scene.solver.filter", "did you mean `sweeps`?"]),
         (grid(|s| s["fps"] = json!("fast")), &["scene.fps = \"fast\"", "invalid type"]),
         (grid(|s| s["fps"] = json!(0)), &["scene.fps = 0: must be in (0,"]),
         (grid(|s| s["gravity"] = json!([0, 0])), &["scene.gravity = [0,0]", "3"]),
         (grid(|s| s["cloth"] = json!([])), &["scene.cloth: there is none"]),
-        (grid(|s| s["cloth"][0]["mesh"] = json!("a.obj")), &["scene.cloth[0]: needs exactly one of grid, mesh, network; it has several"]),
+        (
+            grid(|s| s["cloth"][0]["mesh"] = json!("a.obj")),
+            &["scene.cloth[0]: needs exactly one of grid, mesh, network; it has several"],
+        ),
         (grid(|s| s["cloth"][0]["grid"]["cells"] = json!([0, 4])), &["scene.cloth[0].grid.cells[0] = 0: must be at least 1"]),
         (grid(|s| s["cloth"][0]["grid"]["cells"] = json!([100_000, 100_000])), &["scene.cloth[0].grid.cells", "at most"]),
         (grid(|s| s["cloth"][0]["grid"]["axes"] = json!(["x", "-x"])), &["scene.cloth[0].grid.axes", "must differ"]),
         (grid(|s| s["cloth"][0]["pins"] = json!([{}])), &["scene.cloth[0].pins[0]", "exactly one of corner", "none"]),
         (grid(|s| s["cloth"][0]["pins"] = json!([{ "vertices": [25] }])), &["pins[0].vertices = 25", "numbered 0 to 24"]),
-        (grid(|s| s["cloth"][0]["pins"] = json!([{ "box": [[5, 5, 5], [6, 6, 6]] }])), &["pins[0].box", "holds no vertex", "spans"]),
+        (
+            grid(|s| s["cloth"][0]["pins"] = json!([{ "box": [[5, 5, 5], [6, 6, 6]] }])),
+            &["pins[0].box", "holds no vertex", "spans"],
+        ),
         (grid(|s| s["cloth"][0]["pins"][0]["move"] = json!([[1, [0, 0, 0]], [1, [0, 0, 1]]])), &["move[1]", "must increase"]),
         (grid(|s| s["cloth"][0]["density"] = json!(-1)), &["scene.cloth[0].density = -1: must be in (0,"]),
         (grid(|s| s["solver"]["substeps"] = json!("some")), &["scene.solver.substeps = \"some\"", "\"auto\" or a whole number"]),
-        (grid(|s| s["solver"]["substeps"] = json!(1)), &["scene.solver.substeps = 1", "stability bound", "use at least", "force_step"]),
+        (
+            grid(|s| s["solver"]["substeps"] = json!(1)),
+            &["scene.solver.substeps = 1", "stability bound", "use at least", "force_step"],
+        ),
     ];
     for (scene, expected) in cases {
         let text = error(&scene);
@@ -67,7 +82,10 @@ fn a_step_over_the_bound_can_be_forced_and_the_number_that_is_named_would_do() {
 #[test]
 fn pins_out_of_the_cloths_reach_are_refused_with_both_distances() {
     let apart = |by: f64| {
-        grid(|s| s["cloth"][0]["pins"] = json!([{ "edge": "left" }, { "edge": "right", "move": [[1.0, [by, 0, 0]], [2.0, [0, 0, 0]]] }]))
+        grid(|s| {
+            s["cloth"][0]["pins"] =
+                json!([{ "edge": "left" }, { "edge": "right", "move": [[1.0, [by, 0, 0]], [2.0, [0, 0, 0]]] }])
+        })
     };
     let text = error(&apart(0.2));
     assert!(text.contains("1.200 m apart") && text.contains("reaches 1.060 m"), "{text}");

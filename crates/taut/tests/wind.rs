@@ -88,7 +88,8 @@ fn a_flat_grid_in_a_steady_wind_is_pushed_as_one() {
     for form in ["particle", "triangle"] {
         let model = sheet(Value::Null, form);
         let state = State::new(&model);
-        let pushes: Vec<f64> = forces(&model, &state).iter().zip(&model.particles.mass).map(|(f, &m)| f.y / f64::from(m)).collect();
+        let pushes: Vec<f64> =
+            forces(&model, &state).iter().zip(&model.particles.mass).map(|(f, &m)| f.y / f64::from(m)).collect();
         for push in &pushes {
             assert!((push / pushes[0] - 1.0).abs() < 1e-5, "{form}: accelerations differ: {push} and {}", pushes[0]);
         }

@@ -6,6 +6,7 @@
 mod air_drag;
 mod damping;
 mod gravity;
+mod internal;
 mod spring;
 mod wind;
 
@@ -22,14 +23,14 @@ pub use spring::elastic_energy;
 pub struct Forces {
     /// F on each particle [N]; zero on held ones.
     total: Vectors,
-    wind: wind::OnPanels,
+    wind: wind::Wind,
 }
 
 impl Forces {
     /// Workspace for a model.
     #[must_use]
     pub fn new(model: &Model) -> Self {
-        Self { total: Vectors::zeros(model.particle_count()), wind: wind::OnPanels::new(model) }
+        Self { total: Vectors::zeros(model.particle_count()), wind: wind::Wind::new(model) }
     }
 
     /// The forces that [`accumulate`] found [N].
@@ -43,28 +44,17 @@ impl Forces {
 pub fn accumulate(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) {
     forces.wind.prepare(model, state, pool);
     let wind = &forces.wind;
-    forces.total.for_each_chunk(pool, |chunk| {
-        chunk.map(|particle, _| {
+    forces.total.for_each_chunk(pool, |mut chunk| {
+        internal::fill(model, state, &mut chunk);
+        chunk.map(|particle, internal| {
             if model.particles.inverse_mass[particle] == 0.0 {
                 return Vec3::ZERO;
             }
             let (mass, velocity) = (model.particles.mass[particle], state.velocities.get(particle));
-            internal(model, state, particle)
+            internal
                 + gravity::force(mass, model.gravity)
                 + air_drag::force(mass, model.particles.air_drag[particle], velocity)
-                + wind.on_particle(model, state, particle)
+                + wind.on_particle(model, particle)
         });
     });
-}
-
-/// F_INT: springs and damping, gathered over the links of a particle.
-fn internal(model: &Model, state: &State, particle: usize) -> Vec3 {
-    let (position, velocity) = (state.positions.get(particle), state.velocities.get(particle));
-    let mut force = Vec3::ZERO;
-    for link in model.links.of(particle) {
-        let other = link.other as usize;
-        force += spring::force(state.positions.get(other) - position, link.rest, link.stiffness);
-        force += damping::force(state.velocities.get(other) - velocity, link.damping);
-    }
-    force
 }

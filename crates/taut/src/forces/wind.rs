@@ -1,32 +1,38 @@
-//! Wind (paper, section 2.2), in the classical form on triangles (panels) and in the paper's cheaper form on particles.
+//! Wind (paper, section 2.2), in the classical form on triangles (and whole cells of grids) and in the paper's cheaper
+//! form on particles.
 //!
 //! Both act along the normal and on the velocity relative to the moving air; see docs/equations.md, "Wind", for how the
 //! printed scalar formulas are read.
 
 use glam::Vec3;
+use pulp::Arch;
 
-use crate::geometry::{Pool, Vectors, sine_of_turns};
-use crate::model::{Air, Model};
+use crate::geometry::{Pool, Vectors, VectorsChunk, sine_of_turns};
+use crate::model::{Air, Model, Wave};
 use crate::scene::WindModel;
 use crate::state::State;
 
-/// What a first pass over the panels leaves for the particles to gather.
+/// What two first passes leave for the particles to gather; empty without wind.
 #[derive(Debug)]
-pub(super) struct OnPanels {
-    /// Area vectors [m^2] in the particle form, forces on one corner [N] in the triangle form; empty without wind.
-    values: Vectors,
+pub(super) struct Wind {
+    /// Velocity of each particle relative to the air around it [m/s].
+    relative: Vectors,
+    /// A corner's share of each panel: of its area vector [m^2] in the particle form, of its force [N] in the triangle form.
+    panels: Vectors,
     /// Phase of each gust wave at the time of the step [turns].
     phases: Vec<f32>,
 }
 
-impl OnPanels {
+impl Wind {
     pub(super) fn new(model: &Model) -> Self {
-        let panels = if model.air.is_some() { model.panels.corners.len() } else { 0 };
-        let waves = model.air.as_ref().map_or(0, |air| air.waves.len());
-        Self { values: Vectors::zeros(panels), phases: vec![0.0; waves] }
+        let (particles, panels, waves) = match &model.air {
+            Some(air) => (model.particle_count(), model.panels.corners.len(), air.waves.len()),
+            None => (0, 0, 0),
+        };
+        Self { relative: Vectors::zeros(particles), panels: Vectors::zeros(panels), phases: vec![0.0; waves] }
     }
 
-    /// First pass: a value for each panel.
+    /// First passes: the relative velocities, then a value for each panel.
     pub(super) fn prepare(&mut self, model: &Model, state: &State, pool: &Pool) {
         let Some(air) = &model.air else { return };
         let time = state.time(model);
@@ -34,47 +40,27 @@ impl OnPanels {
             *phase = (wave.phase - wave.turns_per_second * time).rem_euclid(1.0) as f32;
         }
         let phases = &self.phases;
-        self.values.for_each_chunk(pool, |chunk| {
-            chunk.map(|panel, _| {
-                let corners = model.panels.corners[panel].map(|corner| corner as usize);
-                let [a, b, c] = corners.map(|corner| state.positions.get(corner));
-                let area_vector = (b - a).cross(c - a) * (0.5 * model.panels.weight[panel]);
-                if air.model == WindModel::Particle {
-                    return area_vector;
-                }
-                let area = area_vector.length();
-                if area == 0.0 {
-                    return Vec3::ZERO;
-                }
-                let mean = corners.map(|corner| state.velocities.get(corner)).iter().sum::<Vec3>() / 3.0;
-                let relative = mean - velocity_at((a + b + c) / 3.0, air, phases);
-                let drag = model.particles.drag_coefficient[corners[0]];
-                force(relative, area_vector / area, area, air.density * drag) / 3.0
-            });
-        });
+        self.relative.for_each_chunk(pool, |mut chunk| relative_velocity(&mut chunk, air, phases, state));
+        let relative = &self.relative;
+        self.panels.for_each_chunk(pool, |chunk| chunk.map(|panel, _| share_of_panel(model, state, relative, panel)));
     }
 
     /// Second pass: the wind force on a particle [N].
     #[inline]
-    pub(super) fn on_particle(&self, model: &Model, state: &State, particle: usize) -> Vec3 {
+    pub(super) fn on_particle(&self, model: &Model, particle: usize) -> Vec3 {
         let Some(air) = &model.air else { return Vec3::ZERO };
         let around = model.panels.around.of(particle);
-        let values = around.iter().map(|&panel| self.values.get(panel as usize));
+        let values = around.iter().map(|&panel| self.panels.get(panel as usize));
         if air.model == WindModel::Triangle {
             return values.sum();
         }
-        let (mut sum, mut area) = (Vec3::ZERO, 0.0);
-        for value in values {
-            sum += value;
-            area += value.length();
-        }
+        let (sum, area) = values.fold((Vec3::ZERO, 0.0), |(sum, area), value| (sum + value, area + value.length()));
         let length = sum.length();
         if length == 0.0 {
             return Vec3::ZERO;
         }
-        let relative = state.velocities.get(particle) - velocity_at(state.positions.get(particle), air, &self.phases);
         let drag = model.particles.drag_coefficient[particle];
-        force(relative, sum / length, area / 3.0, air.density * drag)
+        force(self.relative.get(particle), sum / length, area, air.density * drag)
     }
 }
 
@@ -84,9 +70,50 @@ fn force(relative: Vec3, normal: Vec3, area: f32, density_drag: f32) -> Vec3 {
     normal * (-0.5 * density_drag * area * relative.length() * relative.dot(normal))
 }
 
-/// Velocity of the air at a point [m/s]: the mean and the gusts.
+/// V_rel = V - W(X), W being the mean wind and the gusts.
+fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], state: &State) {
+    let run = chunk.first..chunk.first + chunk.x.len();
+    let (mean, len) = (air.velocity, run.len());
+    let (out_x, out_y, out_z) = (&mut chunk.x[..len], &mut chunk.y[..len], &mut chunk.z[..len]);
+    let [x, y, z] = [&state.positions.x, &state.positions.y, &state.positions.z].map(|column| &column[run.clone()]);
+    let [u, v, w] = [&state.velocities.x, &state.velocities.y, &state.velocities.z].map(|column| &column[run.clone()]);
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for i in 0..len {
+                (out_x[i], out_y[i], out_z[i]) = (u[i] - mean.x, v[i] - mean.y, w[i] - mean.z);
+            }
+            for (Wave { amplitude, turns_per_metre, .. }, &phase) in air.waves.iter().zip(phases) {
+                for i in 0..len {
+                    let turns = turns_per_metre.x * x[i] + turns_per_metre.y * y[i] + turns_per_metre.z * z[i] + phase;
+                    let sine = sine_of_turns(turns);
+                    out_x[i] -= amplitude.x * sine;
+                    out_y[i] -= amplitude.y * sine;
+                    out_z[i] -= amplitude.z * sine;
+                }
+            }
+        },
+    );
+}
+
+/// What each corner gets of a panel: its area vector [m^2] or the force on it [N].
 #[inline]
-fn velocity_at(point: Vec3, air: &Air, phases: &[f32]) -> Vec3 {
-    let waves = air.waves.iter().zip(phases);
-    waves.fold(air.velocity, |sum, (wave, &phase)| sum + wave.amplitude * sine_of_turns(wave.turns_per_metre.dot(point) + phase))
+fn share_of_panel(model: &Model, state: &State, relative: &Vectors, panel: usize) -> Vec3 {
+    let Some(air) = &model.air else { return Vec3::ZERO };
+    let corners = model.panels.corners[panel].map(|corner| corner as usize);
+    let share = model.panels.share[panel];
+    let [a, b, c, d] = corners.map(|corner| state.positions.get(corner));
+    let area_vector = 0.5 * (c - a).cross(d - b);
+    if air.model == WindModel::Particle {
+        return area_vector * share;
+    }
+    let area = area_vector.length();
+    if area == 0.0 {
+        return Vec3::ZERO;
+    }
+    let [a, b, c, d] = corners.map(|corner| relative.get(corner));
+    // A triangle has its last corner twice; it counts once.
+    let mean = (a + b + c + if corners[2] == corners[3] { Vec3::ZERO } else { d }) * share;
+    let drag = model.particles.drag_coefficient[corners[0]];
+    force(mean, area_vector / area, area, air.density * drag) * share
 }

@@ -7,8 +7,8 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Air, ClothRange, Link, MeshData, Model, Panels, Particles, PinGroup, SpringKind, Springs, Timing, grid, mesh,
-    network, pins, reach, step_bound,
+    Adjacency, Air, ClothRange, Lattice, Link, MeshData, Model, Panels, Particles, PinGroup, SpringKind, Springs, Timing, grid,
+    mesh, network, pins, reach, step_bound,
 };
 use crate::geometry::Vectors;
 use crate::scene::{Cloth, PointMass, Scene, SceneError, Source, Substeps};
@@ -113,7 +113,7 @@ impl Assembly {
         self.drag_rate = self.drag_rate.max(material.air_drag);
         let shift = first as u32;
         self.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| corner + shift)));
-        let shifted = |panel: &Panel| Panel { corners: panel.corners.map(|corner| corner + shift), ..*panel };
+        let shifted = |panel: &Panel| Panel { corners: panel.corners.map(|corner| corner + shift) };
         self.panels.extend(part.panels.iter().map(shifted));
         self.springs.extend(part.springs.iter().map(|seed| {
             let stiffness = match seed.kind {
@@ -154,14 +154,20 @@ impl Assembly {
             let (rest, stiffness, damping) = (springs.rest[index], springs.stiffness[index], springs.damping[index]);
             [(a, b), (b, a)].map(|(here, other)| (here, Link { other, rest, stiffness, damping }))
         });
-        let around = (0..).zip(&self.panels).flat_map(|(index, panel)| panel.corners.map(|corner| (corner, index)));
+        let around =
+            (0..).zip(&self.panels).flat_map(|(index, panel)| panel.distinct().iter().map(move |&corner| (corner, index)));
+        let links = Adjacency::new(count, links);
+        let of_grid = |(cloth, range): (&Cloth, &ClothRange)| {
+            cloth.grid.as_ref().and_then(|grid| Lattice::new(grid, range.first, |particle| links.of(particle)))
+        };
         Ok(Model {
-            links: Adjacency::new(count, links),
+            lattices: scene.cloth.iter().zip(&self.cloths).filter_map(of_grid).collect(),
+            links,
             fingerprint: fingerprint(scene, &self.particles.rest, &springs),
             panels: Panels {
                 around: Adjacency::new(count, around),
                 corners: self.panels.iter().map(|panel| panel.corners).collect(),
-                weight: self.panels.iter().map(|panel| panel.weight).collect(),
+                share: self.panels.iter().map(|panel| 1.0 / panel.distinct().len() as f32).collect(),
             },
             triangles: self.triangles,
             cloths: self.cloths,

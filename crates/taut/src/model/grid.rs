@@ -19,7 +19,7 @@ pub(super) fn build(grid: &Grid, flexion: bool) -> Part {
         }
     }
     part.triangles = triangles(grid.cells);
-    part.panels = panels(grid.cells);
+    part.panels = cells(grid.cells).map(|(_, _, corners)| Panel { corners }).collect();
     part.springs = springs(grid.cells, cell, flexion);
     part
 }
@@ -45,12 +45,6 @@ fn triangles(counts: [u32; 2]) -> Vec<[u32; 3]> {
         if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
     };
     cells(counts).flat_map(halves).collect()
-}
-
-/// Both ways to cut a cell: every corner then stands for a quarter of it, and no diagonal is preferred.
-fn panels(counts: [u32; 2]) -> Vec<Panel> {
-    let all = cells(counts).flat_map(|(_, _, [a, b, c, d])| [[a, b, c], [a, c, d], [a, b, d], [b, c, d]]);
-    all.map(|corners| Panel { corners, weight: 0.5 }).collect()
 }
 
 /// Structural springs (both directions), then shear springs (both diagonals), then type 2 springs.

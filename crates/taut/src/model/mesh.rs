@@ -60,7 +60,7 @@ pub(super) fn build(mesh: &MeshData, field: &str, flexion: bool) -> Result<Part,
     if flipped > 0 {
         part.notes.push(format!("{flipped} faces were turned round so that all face the same way"));
     }
-    part.panels = part.triangles.iter().map(|&corners| Panel { corners, weight: 1.0 }).collect();
+    part.panels = part.triangles.iter().copied().map(Panel::triangle).collect();
     note_oddities(&mut part);
     springs(&faces, &mut part, flexion);
     Ok(part)

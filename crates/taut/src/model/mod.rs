@@ -4,6 +4,7 @@ mod adjacency;
 mod air;
 mod build;
 mod grid;
+mod lattice;
 mod mesh;
 mod network;
 mod part;
@@ -17,6 +18,7 @@ use glam::Vec3;
 
 pub use adjacency::Adjacency;
 pub use air::{Air, Wave};
+pub use lattice::{Lattice, Stencil};
 pub use mesh::MeshData;
 pub use pins::PinGroup;
 pub use springs::{SpringKind, Springs};
@@ -39,6 +41,8 @@ pub struct Model {
     pub triangles: Vec<[u32; 3]>,
     /// The same surface as masses and wind see it.
     pub panels: Panels,
+    /// The regular grids among the cloths, for kernels that need no lists of neighbours.
+    pub lattices: Vec<Lattice>,
     /// Held particles.
     pub pins: Vec<PinGroup>,
     /// Acceleration of gravity [m/s^2].
@@ -81,14 +85,14 @@ pub struct Particles {
     pub drag_coefficient: Vec<f32>,
 }
 
-/// Triangles that catch the wind. A mesh's are its own; the cells of a grid are cut both ways, each counting half, so
-/// that all corners of a cell are alike.
+/// What has mass and catches the wind: the triangles of a mesh, the whole cells of a grid. Cutting cells along one
+/// diagonal would give their corners different shares.
 #[derive(Debug, Default)]
 pub struct Panels {
-    /// Their particles, counter-clockwise seen from the front.
-    pub corners: Vec<[u32; 3]>,
-    /// The part for which each counts [1].
-    pub weight: Vec<f32>,
+    /// Their particles, counter-clockwise seen from the front; a triangle has its last one twice.
+    pub corners: Vec<[u32; 4]>,
+    /// The share of each corner: 1/3 or 1/4 [1].
+    pub share: Vec<f32>,
     /// The panels around each particle.
     pub around: Adjacency<u32>,
 }

@@ -19,13 +19,24 @@ pub(super) struct Part {
     pub notes: Vec<String>,
 }
 
-/// A triangle that counts for a part of itself: where a cell has no natural diagonal, both ways to cut it count half.
+/// A triangle or a cell of a grid; all its corners have the same share in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Panel {
-    /// Its corners, counter-clockwise seen from the front.
-    pub corners: [u32; 3],
-    /// The part [1].
-    pub weight: f32,
+    /// Its corners, counter-clockwise seen from the front; a triangle has its last one twice.
+    pub corners: [u32; 4],
+}
+
+impl Panel {
+    /// A triangle.
+    pub fn triangle([a, b, c]: [u32; 3]) -> Self {
+        Self { corners: [a, b, c, c] }
+    }
+
+    /// Its corners, each once.
+    pub fn distinct(&self) -> &[u32] {
+        let count = if self.corners[2] == self.corners[3] { 3 } else { 4 };
+        &self.corners[..count]
+    }
 }
 
 /// A spring without its material.
@@ -45,15 +56,16 @@ impl Part {
         self.points[ends[0] as usize].distance(self.points[ends[1] as usize])
     }
 
-    /// Area that each point stands for: a third of its panels [m^2]; zero in networks and for isolated vertices.
+    /// Area that each point stands for: its share of the panels [m^2]; zero in networks and for isolated vertices.
     ///
     /// Wind is shared out the same way, so that a flat cloth in a steady wind moves as one.
     pub fn areas(&self) -> Vec<f64> {
         let mut areas = vec![0.0; self.points.len()];
         for panel in &self.panels {
-            let [a, b, c] = panel.corners.map(|corner| self.points[corner as usize]);
-            let third = f64::from(panel.weight) * (b - a).cross(c - a).length() / 6.0;
-            panel.corners.iter().for_each(|&corner| areas[corner as usize] += third);
+            let [a, b, c, d] = panel.corners.map(|corner| self.points[corner as usize]);
+            let area = 0.5 * (c - a).cross(d - b).length();
+            let corners = panel.distinct();
+            corners.iter().for_each(|&corner| areas[corner as usize] += area / corners.len() as f64);
         }
         areas
     }
