@@ -16,7 +16,7 @@ setup: .venv/built scenes/meshes/cape.obj
 	@touch $@
 
 .venv/built: .venv/ready $(RUST_SOURCES)
-	$(BIN)/maturin develop --release --quiet --extras dev
+	PIP_QUIET=1 $(BIN)/maturin develop --release --quiet --extras dev
 	@touch $@
 
 scenes/meshes/cape.obj: scenes/meshes/make_cape.py .venv/built

@@ -78,7 +78,9 @@ def paths_in_documents() -> list[str]:
     """Paths that a document names in backticks and that are not there."""
     broken = []
     for document in [ROOT / "ARCHITECTURE.md", ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
-        for path in re.findall(r"`((?:crates|python|scenes|docs|tests|tools|benches)/[\w./-]*)`", document.read_text()):
+        for path in re.findall(
+            r"`((?:crates|python|scenes|docs|tests|tools|benches)/[\w./-]*)`", document.read_text()
+        ):
             if not (ROOT / path).exists():
                 broken.append(f"{document.relative_to(ROOT)}: names `{path}`, which does not exist")
     return broken

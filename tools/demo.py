@@ -28,8 +28,8 @@ def main() -> None:
             *("run", "scenes/flag.toml", "--out", caches[name], "--overwrite"),
             *("--set", f"solver.filter={method}", "--set", title),
         )
-    taut("render", *caches.values(), "--out", OUT / "flag.mp4")
-    taut("render", *caches.values(), "--out", OUT / "flag.png", "--frame", "200")
+    taut("render", *caches.values(), "--out", OUT / "flag.mp4", "--overwrite")
+    taut("render", *caches.values(), "--out", OUT / "flag.png", "--frame", "200", "--overwrite")
     print()
     for name, cache in caches.items():
         command = [TAUT, "info", cache, "--json"]

@@ -1,9 +1,19 @@
 """The compiled engine. Arrays in, arrays out; every error is one of the exceptions below."""
 
-from typing import TypedDict
+from typing import TypeAlias, TypedDict, final, type_check_only
 
 import numpy as np
 from numpy.typing import NDArray
+
+__all__ = [
+    "Engine",
+    "SceneError",
+    "SimulationError",
+    "__version__",
+    "resolve_scene",
+    "scene_schema",
+    "state_hash",
+]
 
 __version__: str
 
@@ -13,6 +23,7 @@ class SceneError(ValueError):
 class SimulationError(RuntimeError):
     """A running simulation cannot go on; the state is the one before the failed call."""
 
+@type_check_only
 class Report(TypedDict):
     """What happened during a call of :meth:`Engine.step` (all its steps together)."""
 
@@ -41,8 +52,9 @@ class Report(TypedDict):
     potential_energy: float
     """In gravity, relative to the origin, at the end of the call [J]."""
 
-Mesh = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]
-"""vertices [m, before scale], shape (vertices, 3); corners: all faces' vertex indices, one face after the other; counts: corners of each face (3 or more)."""
+_Mesh: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]
+"""vertices [m, before scale], shape (vertices, 3); corners: all faces' vertex indices, face after face;
+counts: corners of each face (3 or more)."""
 
 def scene_schema() -> str:
     """The JSON schema of a scene; descriptions carry the units."""
@@ -57,6 +69,7 @@ def resolve_scene(document: str) -> tuple[str, list[str]]:
 def state_hash(positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> str:
     """XXH3 hash (16 hexadecimal digits) of positions and velocities, both of shape (vertices, 3)."""
 
+@final
 class Engine:
     """A model, its state and its workspace.
 
@@ -69,7 +82,7 @@ class Engine:
         SceneError: the scene or a mesh cannot be simulated.
     """
 
-    def __init__(self, scene: str, meshes: dict[str, Mesh], threads: int | None = None) -> None: ...
+    def __new__(cls, scene: str, meshes: dict[str, _Mesh], threads: int | None = None) -> Engine: ...
     @property
     def scene(self) -> str:
         """The resolved scene as JSON."""
@@ -97,7 +110,7 @@ class Engine:
         """[m], shape (springs,)."""
     @property
     def strain_limit(self) -> NDArray[np.float32]:
-        """lambda of each spring, infinite where there is none; shape (springs,)."""
+        """Lambda of each spring, infinite where there is none; shape (springs,)."""
     @property
     def mass(self) -> NDArray[np.float32]:
         """[kg], shape (vertices,)."""
@@ -109,7 +122,7 @@ class Engine:
         """Steps per frame."""
     @property
     def step_length(self) -> float:
-        """[s]"""
+        """Length of a step, h [s]."""
     @property
     def step_bound(self) -> float:
         """Largest stable step of springs, damping, drag and wind together [s]."""
@@ -118,7 +131,7 @@ class Engine:
         """Steps taken since the start."""
     @property
     def time(self) -> float:
-        """[s]"""
+        """Time since the start [s]."""
     def positions(self) -> NDArray[np.float32]:
         """A copy, [m], shape (vertices, 3)."""
     def velocities(self) -> NDArray[np.float32]:

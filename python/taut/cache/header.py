@@ -1,0 +1,49 @@
+"""What a cache holds besides its frames, and one frame on its way into it."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from taut.report import Report
+from taut.scene import Mesh
+
+
+@dataclass(frozen=True)
+class Header:
+    """Everything about a run that is the same in all its frames."""
+
+    attributes: Mapping[str, Any]
+    """Attributes of the group except `format` and `state_hash`: :data:`taut.cache.layout.ATTRIBUTES`."""
+    arrays: Mapping[str, NDArray[Any]]
+    """The arrays without a frame axis, see :data:`taut.cache.layout.CONSTANT`."""
+    vertices: int
+    """Vertices in each frame [1]."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One frame to be written."""
+
+    positions: NDArray[np.float32]
+    """[m], shape (vertices, 3)."""
+    velocities: NDArray[np.float32]
+    """[m/s], shape (vertices, 3)."""
+    report: Report
+    """What happened since the frame before."""
+    ms: float
+    """Wall-clock time of the simulation of this frame alone [ms]; 0 for frame 0."""
+    state_hash: str
+    """XXH3 hash of positions and velocities, 16 hexadecimal digits."""
+
+
+def mesh_hash(mesh: Mesh) -> str:
+    """SHA-256 of a mesh's geometry, as hexadecimal digits."""
+    digest = hashlib.sha256()
+    for array in mesh:
+        digest.update(f"{array.dtype.str}{array.shape}".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,102 @@
+"""Names, types and chunks of the arrays in a cache. Zarr, version 3.
+
+Group attributes:
+
+- ``format`` (:data:`FORMAT`), ``version`` of taut, ``scene`` (resolved), ``title``, ``warnings``
+- ``cloths``: ``[{name, first_vertex, vertices}]``
+- ``substeps`` [1], ``step_length`` [s], ``threads`` [1]
+- ``meshes``: path to SHA-256 of the geometry
+- ``state_hash`` of the last frame, 16 hexadecimal digits
+"""
+
+from typing import Any
+
+import numpy as np
+import zarr
+from zarr.codecs import BloscCodec, Crc32cCodec
+
+from taut.cache.header import Header
+from taut.cache.store import DurableStore
+
+FORMAT = "taut-cache/1"
+
+ATTRIBUTES: dict[str, type] = {
+    "version": str,
+    "scene": dict,
+    "title": str,
+    "warnings": list,
+    "cloths": list,
+    "substeps": int,
+    "step_length": float,
+    "threads": int,
+    "meshes": dict,
+    "state_hash": str,
+}
+"""Type of each attribute of the group; it also has ``format``."""
+
+STATE = ("positions", "velocities")
+"""float32, shape (frames, vertices, 3), one chunk a frame [m], [m/s]."""
+
+CONSTANT: dict[str, tuple[str, tuple[int, ...]]] = {
+    "faces": ("int32", (3,)),
+    "springs": ("int32", (2,)),
+    "spring_kind": ("uint8", ()),
+    "rest_length": ("float32", ()),
+    "strain_limit": ("float32", ()),
+    "pins": ("int32", ()),
+}
+"""Type and shape of an element of each array without a frame axis."""
+
+DIAGNOSTICS: dict[str, str] = {
+    "worst_stretch": "float64",
+    "worst_spring": "int32",
+    "worst_stretch_in_steps": "float64",
+    "worst_spring_in_steps": "int32",
+    "limited_steps": "int32",
+    "limited_springs": "int64",
+    "sweeps": "int64",
+    "kinetic_energy": "float64",
+    "elastic_energy": "float64",
+    "potential_energy": "float64",
+    "ms": "float64",
+    "state_hash": "uint64",
+}
+"""Type of each array in the group ``diagnostics``, shape (frames,): :class:`taut.cache.Frame`'s numbers."""
+
+SERIES: dict[str, str] = {"time": "float64"} | {
+    f"diagnostics/{name}": kind for name, kind in DIAGNOSTICS.items()
+}
+"""Type of each array with one number a frame."""
+
+SERIES_CHUNK = 1024
+
+GROWING = (*SERIES, "velocities", "positions")
+"""Every array with a frame axis, in the order in which a new frame is made known."""
+
+NODES = ("diagnostics", *CONSTANT, *GROWING)
+"""Everything in the group."""
+
+
+def create(store: DurableStore, header: Header) -> None:
+    """Write an empty cache (no frames) to a store."""
+    root = zarr.create_group(store, attributes={"format": FORMAT, **header.attributes, "state_hash": ""})
+    root.create_group("diagnostics")
+    for name, (kind, _) in CONSTANT.items():
+        data = np.ascontiguousarray(header.arrays[name], kind)
+        chunk = tuple(max(1, size) for size in data.shape)
+        root.create_array(name, shape=data.shape, dtype=kind, chunks=chunk, **_coding(kind))[...] = data
+    for name in STATE:
+        shape = (header.vertices, 3)
+        root.create_array(name, shape=(0, *shape), dtype="float32", chunks=(1, *shape), **_coding("float32"))
+    for name, kind in SERIES.items():
+        root.create_array(name, shape=(0,), dtype=kind, chunks=(SERIES_CHUNK,), **_coding(kind))
+
+
+def _coding(kind: str) -> dict[str, Any]:
+    # Every chunk carries a checksum, and a chunk that is missing reads as NaN: damage is always seen.
+    # One flat folder for each array: a folder for each frame would double the files to flush.
+    return {
+        "fill_value": float("nan") if kind.startswith("float") else 0,
+        "compressors": [BloscCodec(cname="zstd", clevel=3, shuffle="shuffle"), Crc32cCodec()],
+        "chunk_key_encoding": {"name": "default", "separator": "."},
+    }

@@ -1,0 +1,85 @@
+"""What goes to the terminal besides results: errors, warnings, bars. All of it to standard error."""
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from types import TracebackType
+from typing import Self
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.text import Text
+
+BAD_INPUT = 2
+FAILED = 1
+STOPPED = 130
+
+
+def stderr() -> Console:
+    """A console on standard error."""
+    return Console(stderr=True)
+
+
+def warn(warnings: Iterable[str]) -> None:
+    """Print warnings in yellow."""
+    console = stderr()
+    for text in warnings:
+        console.print(Text(f"warning: {text}", style="yellow"), soft_wrap=True)
+
+
+def fail(message: str, status: int) -> typer.Exit:
+    """Print one error in red; raise what this returns."""
+    stderr().print(Text("error: ", style="bold red").append(message, style="default"), soft_wrap=True)
+    return typer.Exit(status)
+
+
+@contextmanager
+def expected_errors() -> Iterator[None]:
+    """Turn the errors that taut raises on purpose into one red line and an exit status.
+
+    With ``TAUT_TRACEBACK=1`` in the environment they keep their traceback.
+    """
+    from taut.errors import CacheError, CacheWriteError, SceneError, SimulationError
+    from taut.formats import MeshError, OutputError
+
+    expected = (CacheError, CacheWriteError, SceneError, SimulationError, MeshError, OutputError)
+    try:
+        yield
+    except expected as error:
+        if os.environ.get("TAUT_TRACEBACK") == "1":
+            raise
+        cut_short = isinstance(error, OutputError) and error.__cause__ is not None
+        on_the_way = cut_short or isinstance(error, CacheWriteError | SimulationError)
+        raise fail(str(error), FAILED if on_the_way else BAD_INPUT) from None
+
+
+class Bar:
+    """A progress bar with the time that is left; used in ``with``, it appears with the first progress."""
+
+    def __init__(self, name: str, quiet: bool = False) -> None:
+        """Name what is being made; a quiet bar is never seen."""
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        self._progress = Progress(
+            *columns, TextColumn("{task.fields[note]}"), console=stderr(), disable=quiet
+        )
+        self._task = self._progress.add_task(name, note="")
+        self._seen = False
+
+    def update(self, done: int, total: int, note: str = "") -> None:
+        """Show that `done` of `total` frames are done."""
+        if not self._seen:
+            self._progress.start()
+            self._seen = True
+        self._progress.update(self._task, completed=done, total=total, note=note)
+
+    def __enter__(self) -> Self:
+        """Return this bar."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave the bar as it stands."""
+        if self._seen:
+            self._progress.stop()

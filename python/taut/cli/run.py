@@ -1,0 +1,100 @@
+"""``taut run``."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from taut.cli.console import BAD_INPUT, STOPPED, Bar, expected_errors, fail, warn
+
+if TYPE_CHECKING:
+    from taut.run import Existing, Progress, Recording
+    from taut.simulation import Simulation
+
+
+def command(
+    scene: Annotated[Path, typer.Argument(help="What to simulate.", metavar="SCENE.toml")],
+    out: Annotated[Path, typer.Option(help="The cache to write.", metavar="CACHE.zarr")],
+    frames: Annotated[
+        int | None,
+        typer.Option(min=1, help="Frames in all, the initial state included; default: duration x fps."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", help="Change a field: solver.filter=none, cloth[0].pins=[].", metavar="PATH=VALUE"
+        ),
+    ] = None,
+    threads: Annotated[
+        int | None, typer.Option(min=1, max=1024, help="Default: all cores. Results do not depend on it.")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the cache after its last frame.")
+    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a cache that is there.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
+) -> None:
+    """Simulate a scene and write its frames to a cache."""
+    if resume and overwrite:
+        raise fail("--resume goes on with a cache and --overwrite replaces it; give one of them", BAD_INPUT)
+    existing: Existing = "resume" if resume else "overwrite" if overwrite else "refuse"
+    with expected_errors():
+        from taut.cache import Cache, check_free, summarize
+        from taut.cli.tables import run_table, show
+        from taut.scene import Scene
+        from taut.simulation import Simulation
+
+        if not resume:
+            check_free(out, overwrite)
+        simulation = Simulation(Scene.load(scene).with_settings(settings or []), threads)
+        if not quiet:
+            warn(simulation.warnings)
+        done = _record_with_bar(simulation, out, frames, existing, quiet)
+        if quiet:
+            return
+        warn(done.notes)
+        cache = Cache.open(done.path)
+        if done.resumed_at == done.frames:
+            typer.echo(f"{out} was finished already: it has {done.frames} frames")
+        show(run_table(cache, summarize(cache)))
+
+
+def _record_with_bar(
+    simulation: "Simulation", out: Path, frames: int | None, existing: "Existing", quiet: bool
+) -> "Recording":
+    """Record; on Ctrl-C keep what is there and say how to go on."""
+    from taut.run import record
+
+    with Bar(out.name, quiet) as bar, _asked_to_stop() as asked:
+
+        def on_frame(now: "Progress") -> None:
+            bar.update(now.frame + 1, now.frames, f"worst stretch {100 * now.worst_stretch:.2f} %")
+            if asked:
+                raise KeyboardInterrupt
+
+        try:
+            return record(simulation, out, frames, existing, on_frame)
+        except KeyboardInterrupt:
+            message = f"stopped; {out} has all frames so far: the same command with --resume goes on"
+    raise fail(message, STOPPED)
+
+
+@contextmanager
+def _asked_to_stop() -> Iterator[list[int]]:
+    """Collect Ctrl-C, so that the frame in hand is finished first; a second one stops at once."""
+    asked: list[int] = []
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        if asked:
+            raise KeyboardInterrupt
+        asked.append(number)
+
+    before = signal.signal(signal.SIGINT, on_signal)
+    try:
+        yield asked
+    finally:
+        signal.signal(signal.SIGINT, before)

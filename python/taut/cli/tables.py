@@ -1,0 +1,78 @@
+"""Numbers of a run as tables for people."""
+
+from rich.console import Console
+from rich.table import Table
+
+from taut.cache import Cache, Summary, cloth_of
+
+Rows = list[tuple[str, str]]
+
+
+def run_table(cache: Cache, summary: Summary) -> Rows:
+    """The short table at the end of a run."""
+    return [
+        ("worst stretch", worst_stretch(cache, summary)),
+        ("energy at the end", _energy(summary)),
+        ("speed", _speed(summary)),
+        ("limited steps", f"{summary.limited_steps} of {(summary.frames - 1) * summary.substeps}"),
+        ("state hash", summary.state_hash),
+    ]
+
+
+def full_table(cache: Cache, summary: Summary) -> Rows:
+    """Everything that ``taut info`` prints."""
+    length = f"{summary.frames}, {summary.duration:.3f} s"
+    step = f"{summary.substeps} a frame of {1e3 * summary.step_length:.4g} ms"
+    limit = "none for some springs" if summary.limit is None else f"{_per_cent(summary.limit)}"
+    return [
+        ("title", summary.title),
+        ("frames", length),
+        ("vertices", str(summary.vertices)),
+        ("springs", str(summary.springs)),
+        ("steps", step),
+        ("strain limit", limit),
+        *run_table(cache, summary),
+        ("worst between frames", _per_cent(summary.worst_stretch_in_steps)),
+        ("threads", str(summary.threads)),
+        ("written by", f"taut {summary.version}"),
+    ]
+
+
+def show(rows: Rows) -> None:
+    """Print a table to standard output."""
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for name, value in rows:
+        table.add_row(name, value)
+    Console(markup=False, highlight=False).print(table)
+
+
+def worst_stretch(cache: Cache, summary: Summary) -> str:
+    """The worst stretch in per cent, where and when."""
+    if summary.worst_vertices is None:
+        return "no springs"
+    first, second = (cloth_of(cache, vertex)[1] for vertex in summary.worst_vertices)
+    where = f"in {summary.worst_cloth}, vertices {first} and {second}"
+    when = f"frame {summary.worst_frame} ({summary.worst_time:.3f} s)"
+    return f"{_per_cent(summary.worst_stretch)} {where}, {when}"
+
+
+def _per_cent(fraction: float) -> str:
+    return f"{100 * fraction:.2f} %"
+
+
+def _energy(summary: Summary) -> str:
+    parts = {
+        "kinetic": summary.kinetic_energy,
+        "elastic": summary.elastic_energy,
+        "potential": summary.potential_energy,
+    }
+    return ", ".join(f"{name} {value:.4g} J" for name, value in parts.items())
+
+
+def _speed(summary: Summary) -> str:
+    if summary.ms_per_frame is None or summary.real_time is None:
+        return "nothing was simulated"
+    speed = f"{summary.ms_per_frame:.2f} ms a frame, {summary.real_time:.3g} x real time"
+    return f"{speed} ({summary.threads} threads)"

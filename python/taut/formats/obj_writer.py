@@ -1,0 +1,35 @@
+"""Wavefront OBJ: a folder with one file a frame."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from taut.formats.writing import write_folder
+from taut.frames import Frames, Progress, links
+
+
+def export_obj(frames: Frames, out: Path, overwrite: bool, progress: Progress | None) -> None:
+    """Write one OBJ a frame into the folder ``out``: vertices in their order, faces and links counted from 1.
+
+    Positions have nine significant digits, with which a float32 is read back as it was. Springs that no
+    triangle shows (nets, chains) become line elements.
+
+    Raises:
+        ExportError: see :func:`taut.formats.export`.
+    """
+    title = " ".join(frames.title.split())
+    topology = _elements("f", frames.faces) + _elements("l", frames.springs[links(frames)])
+
+    def write(stem: Path, frame: int, positions: NDArray[np.float32]) -> None:
+        head = f"# {title}: frame {frame}, t = {frames.time[frame]:.6g} s\n"
+        vertices = ("v %.9g %.9g %.9g\n" * len(positions)) % tuple(positions.ravel().tolist())
+        with stem.with_suffix(".obj").open("w", encoding="utf-8", newline="\n") as file:
+            file.write(head + vertices + topology)
+
+    write_folder(frames, out, write, overwrite, progress)
+
+
+def _elements(keyword: str, indices: NDArray[np.int32]) -> str:
+    rows: list[list[int]] = (indices + 1).tolist()
+    return "".join(f"{keyword} {' '.join(map(str, row))}\n" for row in rows)

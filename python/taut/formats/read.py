@@ -1,0 +1,45 @@
+"""Read a mesh file of any format we know."""
+
+import stat
+from pathlib import Path
+
+from taut.formats import general_reader
+from taut.formats.obj_reader import read_obj
+from taut.formats.polygons import MeshError, Polygons
+
+MESH_EXTENSIONS = ("obj", *general_reader.EXTENSIONS)
+"""File name extensions that :func:`read_mesh` can read."""
+
+LARGEST_FILE = 1 << 30
+"""Mesh files larger than this are refused [bytes]."""
+
+
+def read_mesh(path: str | Path) -> Polygons:
+    """Read a polygon mesh; only this one file is opened, whatever it refers to.
+
+    Args:
+        path: an OBJ (vertices and polygons come out exactly as they stand there), or a PLY, STL, OFF, GLB or
+            glTF with embedded data (which come out as triangles).
+
+    Raises:
+        MeshError: the file, what is wrong with it and what is allowed.
+    """
+    path = Path(path)
+    extension = path.suffix[1:].lower()
+    if extension not in MESH_EXTENSIONS:
+        known = ", ".join(f".{name}" for name in MESH_EXTENSIONS)
+        raise MeshError(f"{path}: {path.suffix or 'no extension'} is not a mesh format; readable are {known}")
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise MeshError(f"{path}: is not a regular file")
+        if status.st_size > LARGEST_FILE:
+            size = f"{status.st_size / 1e9:.1f} GB"
+            raise MeshError(f"{path}: is too large ({size}); the limit is {LARGEST_FILE / 1e9:.1f} GB")
+        if status.st_size == 0:
+            raise MeshError(f"{path}: is empty")
+        if extension == "obj":
+            return read_obj(path)
+        return general_reader.read_general(path, path.read_bytes())
+    except OSError as error:
+        raise MeshError(f"{path}: cannot be opened: {error.strerror or error}") from error

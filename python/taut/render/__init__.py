@@ -1,0 +1,13 @@
+"""Pictures of simulations: stills and films, several side by side, made without a display."""
+
+from taut.render.options import RenderError, RenderOptions
+from taut.render.rendering import FILM_EXTENSIONS, STILL_EXTENSIONS, render_film, render_still
+
+__all__ = [
+    "FILM_EXTENSIONS",
+    "STILL_EXTENSIONS",
+    "RenderError",
+    "RenderOptions",
+    "render_film",
+    "render_still",
+]

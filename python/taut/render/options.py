@@ -1,0 +1,44 @@
+"""What a user may choose about a picture."""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from taut.frames import Progress
+from taut.output import OutputError
+
+Color = Literal["strain", "fabric"]
+
+
+class RenderError(OutputError):
+    """A picture cannot be made. The text names what is wrong and what is allowed."""
+
+
+@dataclass(frozen=True)
+class RenderOptions:
+    """How a still or a film looks."""
+
+    frame: int | None = None
+    """Frame of a still, counted from 0, or from the end if negative; ``None``: the last. Films show all."""
+    color: Color = "strain"
+    """``strain``: a heat map of the stretch; ``fabric``: plain two-sided cloth."""
+    size: tuple[int, int] = (800, 720)
+    """Width and height of each cache's panel [pixels]."""
+    strain_top: float | None = None
+    """Stretch at the top of the heat map (0.1 is 10 %); ``None``: twice the strain limit."""
+    overwrite: bool = False
+    """Replace an existing picture."""
+    progress: Progress | None = None
+    """Told how many frames of a film are done and how many there are."""
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            RenderError: a value is out of range.
+        """
+        if self.color not in get_args(Color):
+            raise RenderError(f"color = {self.color!r}: must be one of {', '.join(get_args(Color))}")
+        if not all(64 <= side <= 4096 for side in self.size):
+            raise RenderError(f"size = {self.size}: a panel must be 64 to 4096 pixels wide and high")
+        if self.strain_top is not None and not 0 < self.strain_top < float("inf"):
+            raise RenderError(f"strain_top = {self.strain_top}: must be above 0; 0.1 is 10 %")

@@ -1,0 +1,121 @@
+"""Stills and films of one or more simulations."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import imageio_ffmpeg  # type: ignore[import-untyped]
+import numpy as np
+
+from taut.frames import Frames, frame_rate
+from taut.output import whole_file
+from taut.render.options import RenderError, RenderOptions
+from taut.render.stage import Stage
+
+STILL_EXTENSIONS = (".png", ".jpg", ".jpeg")
+"""What :func:`render_still` can write."""
+
+FILM_EXTENSIONS = (".mp4", ".mov")
+"""What :func:`render_film` can write, as H.264."""
+
+
+def render_still(panels: Sequence[Frames], out: str | Path, options: RenderOptions | None = None) -> None:
+    """Render one frame of one or more simulations side by side.
+
+    Shorter simulations show their last frame.
+
+    Args:
+        panels: the simulations, each with a frame or more.
+        out: the picture to make, with one of the :data:`STILL_EXTENSIONS`.
+        options: how it looks.
+
+    Raises:
+        RenderError: the frame or the extension is out of range, there is no frame, or ``out`` exists or
+            cannot be written; then nothing is left behind.
+    """
+    out, options = Path(out), options or RenderOptions()
+    _check(panels, out, STILL_EXTENSIONS)
+    moments = _moments(panels)
+    frame = len(moments) - 1 if options.frame is None else options.frame
+    if not -len(moments) <= frame < len(moments):
+        raise RenderError(f"frame {frame} is out of range: there are {len(moments)}, 0 to {len(moments) - 1}")
+    with whole_file(out, options.overwrite, RenderError) as part, Stage(panels, options, 2) as stage:
+        stage.picture(moments[frame]).save(part, quality=93)
+
+
+def render_film(panels: Sequence[Frames], out: str | Path, options: RenderOptions | None = None) -> None:
+    """Render all frames of one or more simulations side by side, at the frame rate of the first.
+
+    Shorter simulations hold their last frame.
+
+    Args:
+        panels: the simulations, each with a frame or more.
+        out: the film to make, with one of the :data:`FILM_EXTENSIONS`.
+        options: how it looks.
+
+    Raises:
+        RenderError: see :func:`render_still`.
+    """
+    out, options = Path(out), options or RenderOptions()
+    _check(panels, out, FILM_EXTENSIONS)
+    with whole_file(out, options.overwrite, RenderError) as part, Stage(panels, options, 1) as stage:
+        try:
+            _encode(stage, part, panels, options)
+        except _EncoderError as error:
+            reason = "the film encoder stopped before the end"
+            raise RenderError(f"{out} cannot be written: {reason}; is the disk full?") from error
+
+
+class _EncoderError(Exception):
+    pass
+
+
+def _encode(stage: Stage, part: Path, panels: Sequence[Frames], options: RenderOptions) -> None:
+    moments = _moments(panels)
+    encoder = imageio_ffmpeg.write_frames(
+        part,
+        stage.size,
+        fps=frame_rate(panels[0]),
+        quality=6.5,
+        macro_block_size=2,
+        ffmpeg_log_level="error",
+        output_params=["-preset", "fast", "-movflags", "+faststart"],
+    )
+    encoder.send(None)
+    try:
+        for done, moment in enumerate(moments, start=1):
+            image = stage.picture(moment).tobytes()
+            try:
+                encoder.send(image)
+            except OSError as error:
+                raise _EncoderError from error
+            if options.progress is not None:
+                options.progress(done, len(moments))
+    finally:
+        encoder.close()
+    try:
+        # The encoder does not say how it ended; what it wrote does.
+        written, _ = imageio_ffmpeg.count_frames_and_secs(part)
+    except RuntimeError as error:
+        raise _EncoderError from error
+    if written != len(moments):
+        raise _EncoderError
+
+
+def _check(panels: Sequence[Frames], out: Path, extensions: tuple[str, ...]) -> None:
+    if out.suffix.lower() not in extensions:
+        still, film = ", ".join(STILL_EXTENSIONS), ", ".join(FILM_EXTENSIONS)
+        raise RenderError(f"{out}: cannot be written; a still ends in {still}, a film in {film}")
+    if not panels:
+        raise RenderError("there is nothing to render: name a cache or more")
+    for panel in panels:
+        if panel.frames == 0:
+            raise RenderError(f"{panel.title!r} has no frames to render: run the simulation first")
+
+
+def _moments(panels: Sequence[Frames]) -> list[tuple[int, ...]]:
+    """For each frame of the film, which frame each panel shows: the last one not later than that time."""
+    rate = frame_rate(panels[0])
+    count = max(1 + round(float(panel.time[-1]) * rate) for panel in panels)
+    times = np.arange(count) / rate + 0.01 / rate
+    shown = [np.searchsorted(panel.time, times, side="right") - 1 for panel in panels]
+    return [tuple(int(frame) for frame in frames) for frames in np.maximum(shown, 0).T]

@@ -1,0 +1,36 @@
+"""What happened in a call of the engine."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What happened since the last call of :meth:`taut.Simulation.step` or the last frame of a run.
+
+    Stretch is ``|X_uv| / L - 1``, a fraction of the rest length L: 0.05 means 5 per cent.
+    """
+
+    time: float
+    """Time reached [s]."""
+    steps: int
+    """Steps taken by the call [1]."""
+    worst_stretch: float
+    """Largest stretch of any spring at the end of the call [1]."""
+    worst_spring: int
+    """Index of that spring; -1 where there are no springs."""
+    worst_stretch_in_steps: float
+    """Largest stretch after any step of the call [1]."""
+    worst_spring_in_steps: int
+    """Index of that spring; -1 where there are no springs."""
+    limited_steps: int
+    """Steps in which the filter changed a velocity [1]."""
+    limited_springs: int
+    """Springs that the filter found over their limit, summed over the steps [1]."""
+    sweeps: int
+    """Passes over the springs that the filter made, summed over the steps [1]."""
+    kinetic_energy: float
+    """At the end of the call [J]."""
+    elastic_energy: float
+    """Energy stored in the springs at the end of the call [J]."""
+    potential_energy: float
+    """In gravity, relative to the origin, at the end of the call [J]."""

@@ -1,0 +1,113 @@
+"""The geometry that a scene's cloths name: files beside the scene, or arrays."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path, PureWindowsPath
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from taut.errors import SceneError
+
+Mesh = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]
+"""Vertices [m, before scale], shape (vertices, 3); corners of all faces; number of corners of each face."""
+
+_REFERENCE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
+
+
+def resolve_path(name: str, folder: Path, field: str) -> Path:
+    """Find a mesh file below the scene's folder.
+
+    Args:
+        name: the path as written in the scene.
+        folder: the scene's folder.
+        field: where the path stands, for errors.
+
+    Raises:
+        SceneError: the path is absolute, a URL, leaves the folder (also by a link), or names no file.
+    """
+    where = f"{field} = {name!r}"
+    if _REFERENCE.match(name):
+        raise SceneError(
+            f"{where}: is a reference, not a path; put the file beside the scene and give its name"
+        )
+    if Path(name).is_absolute() or PureWindowsPath(name).anchor:
+        raise SceneError(
+            f"{where}: is absolute; put the file beside the scene and give its path from {folder}"
+        )
+    if "\0" in name or not name.strip():
+        raise SceneError(f"{where}: is no file name; give the path of a mesh beside the scene")
+    path = (folder / name).resolve()
+    if not path.is_relative_to(folder.resolve()):
+        raise SceneError(f"{where}: leaves the scene's folder {folder}; copy the file into it")
+    if not path.is_file():
+        raise SceneError(f"{where}: there is no file {path}; a path is taken from the scene's folder")
+    return path
+
+
+def check_arrays(name: str, mesh: tuple[ArrayLike, ArrayLike]) -> Mesh:
+    """Check a mesh given as arrays and return it as the engine takes it.
+
+    Args:
+        name: its name in the scene.
+        mesh: vertices, shape (vertices, 3), and faces, shape (faces, 3) or (faces, 4), counted from 0.
+
+    Raises:
+        SceneError: wrong shape or type, a number that is not finite, an index out of range.
+    """
+    where = f"meshes[{name!r}]"
+    if not isinstance(mesh, tuple | list) or len(mesh) != 2:
+        raise SceneError(f"{where}: must be a pair (vertices, faces)")
+    vertices, faces = _array(mesh[0], f"{where} vertices"), _array(mesh[1], f"{where} faces")
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or vertices.dtype.kind not in "fiu":
+        raise SceneError(f"{where} vertices: {_kind(vertices)}; must be numbers of shape (vertices, 3)")
+    if faces.ndim != 2 or faces.shape[1] not in (3, 4) or faces.dtype.kind not in "iu":
+        raise SceneError(f"{where} faces: {_kind(faces)}; must be integers of shape (faces, 3) or (faces, 4)")
+    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    if bad.size:
+        raise SceneError(f"{where} vertices[{bad[0]}] = {vertices[bad[0]].tolist()}: must be finite numbers")
+    bad = np.flatnonzero(((faces < 0) | (faces >= len(vertices))).any(axis=1))
+    if bad.size:
+        corners = faces[bad[0]].tolist()
+        raise SceneError(
+            f"{where} faces[{bad[0]}] = {corners}: indices must be from 0 to {len(vertices) - 1}"
+        )
+    counts = np.full(len(faces), faces.shape[1], dtype=np.int64)
+    return np.ascontiguousarray(vertices, np.float64), faces.astype(np.int64).ravel(), counts
+
+
+def _array(value: ArrayLike, where: str) -> NDArray[Any]:
+    try:
+        return np.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{where}: is no array of numbers ({error})") from None
+
+
+def _kind(array: NDArray[Any]) -> str:
+    return f"has shape {array.shape} and type {array.dtype}"
+
+
+def read_meshes(
+    document: Mapping[str, Any], folder: Path, given: Mapping[str, Mesh]
+) -> tuple[dict[str, Mesh], list[str]]:
+    """Return the geometry of every mesh that a resolved scene names, and what was repaired in it.
+
+    Raises:
+        SceneError: a mesh is missing, lies outside the scene's folder or cannot be read.
+    """
+    meshes: dict[str, Mesh] = {}
+    repairs: list[str] = []
+    for index, cloth in enumerate(document["cloth"]):
+        name = cloth.get("mesh")
+        if name is None or name in meshes:
+            continue
+        if name in given:
+            meshes[name] = given[name]
+            continue
+        from taut.formats import read_mesh  # here: a scene of grids need not load the mesh readers
+
+        polygons = read_mesh(resolve_path(name, folder, f"scene.cloth[{index}].mesh"))
+        meshes[name] = (polygons.vertices, polygons.corners, polygons.counts)
+        repairs += [f"{name}: {repair}" for repair in polygons.repairs]
+    return meshes, repairs

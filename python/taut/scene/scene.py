@@ -1,0 +1,131 @@
+"""The scene as Python sees it; the engine holds the definition of every field."""
+
+import copy
+import json
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Self
+
+from numpy.typing import ArrayLike
+
+from taut import _taut
+from taut.errors import SceneError
+from taut.scene.meshes import Mesh, check_arrays, read_meshes
+from taut.scene.plain import plain
+from taut.scene.settings import apply_setting
+
+
+class Scene:
+    """A checked scene with every default filled in. Does not change."""
+
+    def __init__(
+        self,
+        document: Mapping[str, Any],
+        meshes: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+        folder: str | Path | None = None,
+    ) -> None:
+        """Check a scene given as a dict; :meth:`load` reads a file.
+
+        Args:
+            document: the scene's fields as in a TOML file; NumPy arrays may stand for lists.
+            meshes: geometry for the ``mesh`` names of cloths, so that no file is read: for each name a
+                pair of vertices [m], shape (vertices, 3), and faces, shape (faces, 3) or (faces, 4), from 0.
+            folder: where mesh paths start; the current folder when left out.
+
+        Raises:
+            SceneError: a field is unknown, misspelt, of the wrong type or out of range.
+        """
+        checked = {name: check_arrays(name, mesh) for name, mesh in (meshes or {}).items()}
+        self._resolve(plain(document), checked, Path.cwd() if folder is None else Path(folder))
+
+    def _resolve(self, given: dict[str, Any], meshes: Mapping[str, Mesh], folder: Path) -> None:
+        resolved, warnings = _taut.resolve_scene(json.dumps(given, allow_nan=False))
+        self._given = given
+        self._meshes = meshes
+        self._folder = folder
+        self._document: dict[str, Any] = json.loads(resolved)
+        self._warnings = list(warnings)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a TOML file; mesh paths in it start at its folder.
+
+        Raises:
+            SceneError: the file cannot be read, is not TOML (line and column are named) or is not a scene.
+        """
+        path = Path(path)
+        try:
+            with path.open("rb") as file:
+                document = tomllib.load(file)
+        except OSError as error:
+            raise SceneError(f"cannot read the scene {path}: {error.strerror}") from None
+        except UnicodeDecodeError as error:
+            raise SceneError(f"{path}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+        except tomllib.TOMLDecodeError as error:
+            raise SceneError(f"{path}: is not TOML: {error}") from None
+        except RecursionError:
+            raise SceneError(f"{path}: is nested too deeply; no field of a scene is") from None
+        return cls(document, folder=path.parent)
+
+    def with_settings(self, settings: Iterable[str]) -> Self:
+        """Return this scene with some values changed.
+
+        Args:
+            settings: ``path=value`` each, as in ``solver.filter=none``, ``cloth[0].strain_limit=0.1``,
+                ``cloth.flag.strain_limit=0.1`` (a cloth by its name), ``wind.velocity=[12, 0, 0]``.
+                Values are written as in TOML; a bare word is text.
+
+        Raises:
+            SceneError: a setting cannot be read, leads nowhere, or the changed scene is not valid.
+        """
+        given = copy.deepcopy(self._given)
+        for cloth, resolved in zip(given.get("cloth", ()), self._document["cloth"], strict=True):
+            cloth.setdefault("name", resolved["name"])  # so that a cloth answers to its default name, too
+        for setting in settings:
+            apply_setting(given, setting)
+        changed = copy.copy(self)
+        changed._resolve(plain(given), self._meshes, self._folder)
+        return changed
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The resolved scene, every default filled in; a copy."""
+        return copy.deepcopy(self._document)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is allowed but looks like a mistake, one sentence each."""
+        return list(self._warnings)
+
+    @property
+    def folder(self) -> Path:
+        """Where the paths of meshes start."""
+        return self._folder
+
+    @property
+    def title(self) -> str:
+        """Shown above pictures and in reports."""
+        return str(self._document["title"])
+
+    @property
+    def fps(self) -> float:
+        """Frames per second [1/s]."""
+        return float(self._document["fps"])
+
+    @property
+    def frames(self) -> int:
+        """Frames in the scene's duration, the initial one included [1]."""
+        return max(1, round(float(self._document["duration"]) * self.fps))
+
+    def to_json(self) -> str:
+        """The resolved scene as JSON."""
+        return json.dumps(self._document, allow_nan=False)
+
+    def read_meshes(self) -> tuple[dict[str, Mesh], list[str]]:
+        """Geometry of every mesh that the scene names, and what was repaired in it.
+
+        Raises:
+            SceneError: a mesh is missing, lies outside the scene's folder or cannot be read.
+        """
+        return read_meshes(self._document, self._folder, self._meshes)

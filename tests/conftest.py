@@ -1,0 +1,79 @@
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+FLAG = """\
+title = "Small flag"
+duration = 0.5
+fps = 60
+[wind]
+velocity = [8.0, 1.5, 0.0]
+[[cloth]]
+name = "flag"
+grid = { size = [1.5, 1.0], cells = [6, 4], origin = [0, 0, 1], axes = ["x", "z"] }
+fabric = "nylon"
+pins = [{ edge = "left" }]
+"""
+
+
+@pytest.fixture
+def flag() -> dict[str, Any]:
+    """A flag of 35 vertices in the wind."""
+    grid = {"size": [1.5, 1.0], "cells": [6, 4], "origin": [0, 0, 1], "axes": ["x", "z"]}
+    cloth = {"name": "flag", "grid": grid, "fabric": "nylon", "pins": [{"edge": "left"}]}
+    wind = {"velocity": [8.0, 1.5, 0.0]}
+    return {"title": "Small flag", "duration": 0.5, "fps": 60, "wind": wind, "cloth": [cloth]}
+
+
+@pytest.fixture
+def flag_file(tmp_path: Path) -> Path:
+    """The same flag as a file."""
+    path = tmp_path / "flag.toml"
+    path.write_text(FLAG)
+    return path
+
+
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished cache of the flag, 30 frames; not to be changed."""
+    from taut import Scene, Simulation, record
+
+    folder = tmp_path_factory.mktemp("recorded")
+    (folder / "flag.toml").write_text(FLAG)
+    record(Simulation(Scene.load(folder / "flag.toml")), folder / "flag.zarr")
+    return folder / "flag.zarr"
+
+
+@pytest.fixture
+def copied(recorded: Path, tmp_path: Path) -> Path:
+    """A copy of that cache, to be changed."""
+    import shutil
+
+    return Path(shutil.copytree(recorded, tmp_path / "flag.zarr"))
+
+
+class Outcome:
+    """What a command did."""
+
+    def __init__(self, status: int, out: str, err: str) -> None:
+        self.status, self.out, self.err = status, out, err
+
+
+@pytest.fixture
+def taut(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Outcome]:
+    """Run ``taut`` with these arguments, in this process."""
+    from taut.cli.app import app
+    from typer.testing import CliRunner
+
+    monkeypatch.delenv("TAUT_TRACEBACK", raising=False)
+
+    def run(*arguments: str | os.PathLike[str]) -> Outcome:
+        result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return Outcome(result.exit_code, result.stdout, result.stderr)
+
+    return run

@@ -1,0 +1,233 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from taut import Cache
+
+Command = Callable[..., Any]
+
+
+def test_run_ends_with_a_table(taut: Command, flag_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.zarr"
+    done = taut("run", flag_file, "--out", out, "--frames", 12, "--threads", 2)
+    assert done.status == 0
+    assert "12/12" in done.err
+    assert "worst stretch" in done.err
+    cache = Cache.open(out)
+    table = dict(line.split("  ", 1) for line in done.out.splitlines())
+    worst = 100 * cache.diagnostics["worst_stretch"].max()
+    assert table["worst stretch"].strip().startswith(f"{worst:.2f} % in flag, vertices ")
+    assert "ms a frame" in table["speed"]
+    assert "x real time (2 threads)" in table["speed"]
+    assert "kinetic" in table["energy at the end"]
+    assert f"of {11 * cache.attributes['substeps']}" in table["limited steps"]
+    assert table["state hash"].strip() == cache.attributes["state_hash"]
+
+
+def test_frames_come_from_the_duration(taut: Command, flag_file: Path, tmp_path: Path) -> None:
+    done = taut("run", flag_file, "--out", tmp_path / "out.zarr", "--quiet", "--set", "duration=0.1")
+    assert (done.status, done.out, done.err) == (0, "", "")
+    assert Cache.open(tmp_path / "out.zarr").frames == 6
+
+
+def test_set_changes_the_scene(taut: Command, flag_file: Path, tmp_path: Path) -> None:
+    settings = ["--set", "solver.filter=none", "--set", "cloth.flag.strain_limit=0.1"]
+    taut("run", flag_file, "--out", tmp_path / "out.zarr", "--frames", 2, *settings)
+    scene = Cache.open(tmp_path / "out.zarr").scene
+    assert scene["solver"]["filter"] == "none"
+    assert scene["cloth"][0]["strain_limit"] == 0.1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--set", "solver.filtr=none"], "scene.solver.filtr: no such field; did you mean `filter`?"),
+        (["--set", "slover.filter=none"], "scene.slover: no such field; did you mean `solver`?"),
+        (["--set", "cloth[3].density=1"], "[3] is out of range; there are 1"),
+        (["--set", "duration=nan"], "scene.duration = nan: must be a finite number"),
+        (["--set", "cloth[0].strain_limit=1.5"], "scene.cloth[0].strain_limit = 1.5: must be"),
+        (["--resume", "--overwrite"], "give one of them"),
+    ],
+)
+def test_bad_input_is_one_red_line(
+    taut: Command, flag_file: Path, tmp_path: Path, arguments: list[str], message: str
+) -> None:
+    done = taut("run", flag_file, "--out", tmp_path / "out.zarr", *arguments)
+    assert (done.status, done.out) == (2, "")
+    assert done.err.startswith("error: ")
+    assert message in done.err
+    assert done.err.count("\n") == 1
+    assert not (tmp_path / "out.zarr").exists()
+
+
+def test_warnings_are_shown(taut: Command, flag_file: Path, tmp_path: Path) -> None:
+    heavy = ["--frames", 1, "--set", "cloth[0].fabric=silk", "--set", "cloth[0].density=1"]
+    done = taut("run", flag_file, "--out", tmp_path / "a.zarr", *heavy)
+    assert done.err.startswith("warning: ")
+    assert "density" in done.err
+    assert taut("run", flag_file, "--out", tmp_path / "b.zarr", *heavy, "--quiet").err == ""
+
+
+def test_existing_output(taut: Command, flag_file: Path, copied: Path) -> None:
+    refused = taut("run", flag_file, "--out", copied)
+    assert refused.status == 2
+    assert "exists already; go on with it (--resume), replace it (--overwrite)" in refused.err
+    assert taut("run", flag_file, "--out", copied, "--frames", 3, "--overwrite").status == 0
+    assert Cache.open(copied).frames == 3
+    assert taut("run", flag_file, "--out", copied, "--resume").status == 0
+    assert Cache.open(copied).frames == 30
+    finished = taut("run", flag_file, "--out", copied, "--resume")
+    assert finished.status == 0
+    assert "was finished already: it has 30 frames" in finished.out
+    other = taut("run", flag_file, "--out", copied, "--resume", "--set", "fps=50")
+    assert other.status == 2
+    assert "scene.fps is 60.0 in the cache and 50.0 now" in other.err
+
+
+def test_a_repair_is_told(taut: Command, flag_file: Path, copied: Path) -> None:
+    (copied / "positions/c.29.0.0").unlink()
+    done = taut("run", flag_file, "--out", copied, "--resume")
+    assert done.status == 0
+    assert "frames 29 to 29 were damaged and are simulated again" in done.err
+
+
+def test_a_blow_up_fails_on_the_way(taut: Command, flag_file: Path, tmp_path: Path) -> None:
+    stiff = ["solver.substeps=1", "solver.force_step=true", "solver.filter=none", "cloth[0].stiffness=1e6"]
+    settings = [part for setting in stiff for part in ("--set", setting)]
+    done = taut("run", flag_file, "--out", tmp_path / "out.zarr", *settings, "--quiet")
+    assert done.status == 1
+    assert done.err.startswith("error: frame ")
+    assert json.loads(taut("info", tmp_path / "out.zarr", "--json").out)["frames"] >= 1
+
+
+def test_a_full_disk_fails_on_the_way(
+    taut: Command, flag_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr("os.fsync", full)
+    done = taut("run", flag_file, "--out", tmp_path / "out.zarr")
+    assert done.status == 1
+    assert "No space left on device; free some space; nothing was left behind" in done.err
+    assert os.listdir(tmp_path) == ["flag.toml"]
+
+
+def test_tracebacks_on_demand(taut: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TAUT_TRACEBACK", "1")
+    with pytest.raises(ValueError, match="there is no cache"):
+        taut("info", tmp_path / "gone.zarr")
+
+
+def test_info_as_json(taut: Command, recorded: Path) -> None:
+    numbers = json.loads(taut("info", recorded, "--json").out)
+    cache = Cache.open(recorded)
+    stretch = np.array([cache.stretch(frame) for frame in range(cache.frames)])
+    frame, spring = np.unravel_index(stretch.argmax(), stretch.shape)
+    assert numbers["worst_stretch"] == pytest.approx(stretch.max(), abs=1e-6)
+    assert (numbers["worst_frame"], numbers["worst_spring"]) == (frame, spring)
+    assert numbers["worst_vertices"] == cache.springs[spring].tolist()
+    assert numbers["worst_stretch_in_steps"] >= numbers["worst_stretch"]
+    assert numbers["ms_per_frame"] == pytest.approx(np.median(cache.diagnostics["ms"][1:]))
+    assert numbers["limited_steps"] == cache.diagnostics["limited_steps"].sum()
+    expected = {
+        "frames": 30,
+        "vertices": 35,
+        "springs": len(cache.springs),
+        "limit": 0.04,
+        "title": "Small flag",
+    }
+    assert {name: numbers[name] for name in expected} == expected
+    for name in ("state_hash", "threads", "version", "substeps", "step_length"):
+        assert numbers[name] == cache.attributes[name]
+    assert numbers["duration"] == pytest.approx(29 / 60)
+
+
+def test_info_of_one_frame_of_a_net(taut: Command, tmp_path: Path) -> None:
+    path = tmp_path / "points.toml"
+    path.write_text(
+        "[[cloth]]\nnetwork = { points = [[0, 0, 0], [1, 0, 0]], links = [[0, 1]], mass = 0.1 }\n"
+    )
+    assert taut("run", path, "--out", tmp_path / "out.zarr", "--frames", 1).status == 0
+    numbers = json.loads(taut("info", tmp_path / "out.zarr", "--json").out)
+    assert (numbers["frames"], numbers["springs"], numbers["ms_per_frame"]) == (1, 1, None)
+    assert "nothing was simulated" in taut("info", tmp_path / "out.zarr").out
+
+
+def test_info_as_a_table(taut: Command, recorded: Path) -> None:
+    table = taut("info", recorded).out
+    for word in ("Small flag", "30, 0.483 s", "35", "4.00 %", "worst stretch", "state hash"):
+        assert word in table
+
+
+@pytest.mark.parametrize("command", ["info", "render", "export"])
+def test_a_missing_cache(taut: Command, tmp_path: Path, command: str) -> None:
+    more = {"info": [], "render": ["--out", "a.png"], "export": ["--to", "obj", "--out", "a"]}[command]
+    done = taut(command, tmp_path / "gone.zarr", *more)
+    assert (done.status, done.err) == (2, f"error: there is no cache {tmp_path / 'gone.zarr'}\n")
+
+
+def test_export(taut: Command, recorded: Path, tmp_path: Path) -> None:
+    for kind in ("obj", "pc2", "ply"):
+        out = tmp_path / kind
+        assert taut("export", recorded, "--to", kind, "--out", out).status == 0
+        assert out.exists()
+        again = taut("export", recorded, "--to", kind, "--out", out)
+        assert again.status == 2
+        assert "exists already" in again.err
+        assert taut("export", recorded, "--to", kind, "--out", out, "--overwrite").status == 0
+    assert (tmp_path / "pc2").stat().st_size == 32 + 30 * 35 * 12
+    assert taut("export", recorded, "--to", "abc", "--out", tmp_path / "x").status == 2
+
+
+def test_render(taut: Command, recorded: Path, tmp_path: Path) -> None:
+    still = tmp_path / "still.png"
+    assert taut("render", recorded, recorded, "--out", still, "--frame", 3, "--color", "fabric").status == 0
+    assert still.read_bytes().startswith(b"\x89PNG")
+    assert taut("render", recorded, "--out", still).status == 2
+    assert "out of range" in taut("render", recorded, "--out", tmp_path / "b.png", "--frame", 30).err
+    film = taut("render", recorded, "--out", tmp_path / "film.mp4", "--frame", 3)
+    assert film.status == 2
+    assert "--frame 3 chooses a frame for a still" in film.err
+
+
+def test_schema(taut: Command) -> None:
+    schema = json.loads(taut("schema").out)
+    assert {"title", "duration", "fps", "cloth", "solver", "wind"} <= schema["properties"].keys()
+
+
+def test_help_and_version_are_quick_to_load() -> None:
+    heavy = "('zarr', 'pyvista', 'trimesh', 'numpy')"
+    code = f"import sys, taut, taut.cli.app; print([name for name in {heavy} if name in sys.modules])"
+    assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "[]"
+    shown = subprocess.check_output([sys.executable, "-m", "taut", "--help"], text=True)
+    assert all(command in shown for command in ("run", "render", "export", "info", "schema"))
+    version = subprocess.check_output([sys.executable, "-m", "taut", "--version"], text=True)
+    assert version.startswith("taut ")
+
+
+def test_ctrl_c_keeps_the_frames(flag_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.zarr"
+    arguments = ["run", flag_file, "--out", out, "--frames", 100_000]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "taut", *map(str, arguments)], stderr=subprocess.PIPE, text=True
+    )
+    limit = time.monotonic() + 60
+    while time.monotonic() < limit and (not out.exists() or Cache.open(out).frames < 3):
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "has all frames so far: the same command with --resume goes on" in err
+    assert "Traceback" not in err
+    cache = Cache.open(out)
+    assert cache.frames >= 3
+    assert cache.is_whole(cache.frames - 1)

@@ -1,0 +1,176 @@
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+from taut import Scene, Simulation, SimulationError
+
+
+@pytest.fixture
+def simulation(flag: dict[str, Any]) -> Simulation:
+    return Simulation(Scene(flag), threads=1)
+
+
+def test_arrays_have_the_shapes_that_are_promised(simulation: Simulation) -> None:
+    vertices, springs = 7 * 5, len(simulation.springs)
+    for array in (simulation.positions, simulation.velocities):
+        assert (array.shape, array.dtype) == ((vertices, 3), np.float32)
+        assert array.flags.c_contiguous
+    assert simulation.faces.shape == (2 * 6 * 4, 3)
+    assert simulation.springs.shape == (springs, 2)
+    for array in (simulation.spring_kind, simulation.rest_length, simulation.strain_limit):
+        assert array.shape == (springs,)
+    assert simulation.mass.shape == simulation.pinned.shape == (vertices,)
+    assert simulation.pinned.sum() == 5
+    assert simulation.cloths == [("flag", 0, vertices)]
+    assert simulation.step_length <= simulation.step_bound
+    assert simulation.step_length * simulation.substeps == pytest.approx(1 / 60)
+
+
+def test_views_are_live_and_read_only(simulation: Simulation) -> None:
+    positions, before = simulation.positions, simulation.positions.copy()
+    report = simulation.step(3)
+    assert positions is simulation.positions
+    assert not np.array_equal(positions, before)
+    assert (report.steps, simulation.steps) == (3, 3)
+    assert report is simulation.report
+    assert simulation.time == report.time == pytest.approx(3 * simulation.step_length)
+    with pytest.raises(ValueError, match="read-only"):
+        positions[0] = 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        simulation.springs[0] = 0
+
+
+def test_the_report_agrees_with_the_positions(simulation: Simulation) -> None:
+    report = simulation.run(20)
+    ends = simulation.positions.astype(np.float64)[simulation.springs]
+    stretch = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / simulation.rest_length - 1
+    assert report.worst_stretch == pytest.approx(stretch.max(), abs=1e-6)
+    assert stretch[report.worst_spring] == pytest.approx(stretch.max(), abs=1e-6)
+    speeds = simulation.velocities.astype(np.float64)
+    kinetic = 0.5 * (simulation.mass * (speeds**2).sum(axis=1))[~simulation.pinned].sum()
+    assert report.kinetic_energy == pytest.approx(kinetic, rel=1e-4)
+
+
+def test_run_is_many_steps(simulation: Simulation, flag: dict[str, Any]) -> None:
+    times: list[float] = []
+    simulation.run(5, on_frame=lambda now: times.append(now.time))
+    other = Simulation(Scene(flag))
+    for _ in range(5 * other.substeps):
+        other.step()
+    assert simulation.state_hash == other.state_hash
+    assert times == pytest.approx([1 / 60, 2 / 60, 3 / 60, 4 / 60, 5 / 60])
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3, 4])
+def test_threads_do_not_change_a_bit(simulation: Simulation, flag: dict[str, Any], threads: int) -> None:
+    other = Simulation(Scene(flag), threads=threads)
+    assert other.threads == threads
+    simulation.run(10)
+    other.run(10)
+    assert simulation.state_hash == other.state_hash
+
+
+def test_a_snapshot_brings_the_state_back(simulation: Simulation, flag: dict[str, Any]) -> None:
+    simulation.run(3)
+    snapshot, hash_then = simulation.snapshot(), simulation.state_hash
+    positions = simulation.positions.copy()
+    simulation.run(3)
+    hash_later = simulation.state_hash
+    simulation.restore(snapshot)
+    assert simulation.state_hash == hash_then
+    assert simulation.steps == 3 * simulation.substeps
+    np.testing.assert_array_equal(simulation.positions, positions)
+    simulation.run(3)
+    assert simulation.state_hash == hash_later
+    other = Simulation(Scene(flag))
+    other.restore(snapshot)
+    other.run(3)
+    assert other.state_hash == hash_later
+
+
+def test_foreign_and_damaged_snapshots_are_refused(simulation: Simulation, flag: dict[str, Any]) -> None:
+    snapshot = simulation.snapshot()
+    before = simulation.state_hash
+    for damaged in (b"", snapshot[:-1], snapshot + b"x", b"x" + snapshot[1:]):
+        with pytest.raises(ValueError, match="snapshot"):
+            simulation.restore(damaged)
+    flag["cloth"][0]["grid"]["cells"] = [3, 3]
+    with pytest.raises(ValueError, match="snapshot"):
+        Simulation(Scene(flag)).restore(snapshot)
+    assert simulation.state_hash == before
+
+
+def test_the_state_can_be_set(simulation: Simulation) -> None:
+    raised = simulation.positions.astype(np.float64) + [0, 0, 1]
+    simulation.positions = raised
+    np.testing.assert_array_equal(simulation.positions, raised.astype(np.float32))
+    simulation.velocities = np.asfortranarray(np.ones((35, 3), np.float32))
+    assert (simulation.velocities[~simulation.pinned] == 1).all()
+    simulation.set_state(raised, np.zeros((35, 3)), steps=2)
+    assert simulation.time == pytest.approx(2 * simulation.step_length)
+
+
+@pytest.mark.parametrize("name", ["positions", "velocities"])
+@pytest.mark.parametrize(
+    ("array", "kind", "message"),
+    [
+        (np.zeros((34, 3)), ValueError, r"shape \(34, 3\): must be \(35, 3\)"),
+        (np.zeros((35, 2)), ValueError, r"shape \(35, 2\)"),
+        (np.zeros(105), ValueError, r"shape \(105,\)"),
+        (0.0, ValueError, r"shape \(\)"),
+        (np.zeros((35, 3), np.complex64), TypeError, "type complex64: must be float32 or float64"),
+        (np.zeros((35, 3), np.int64), TypeError, "type int64"),
+        (np.zeros((35, 3), bool), TypeError, "type bool"),
+        (np.full((35, 3), None), TypeError, "type object"),
+        (np.full((35, 3), "x"), TypeError, "type <U1"),
+        (np.full((35, 3), np.nan), ValueError, r"\[0, 0\] = nan: must be finite"),
+        (np.full((35, 3), 1e300), ValueError, r"\[0, 0\] = 1e\+300: must be finite in float32"),
+    ],
+)
+def test_bad_states_are_refused(
+    simulation: Simulation, name: str, array: Any, kind: type[Exception], message: str
+) -> None:
+    before = simulation.state_hash
+    with pytest.raises(kind, match=f"{name}.*{message}"):
+        setattr(simulation, name, array)
+    assert simulation.state_hash == before
+
+
+def test_bad_arguments_are_refused(simulation: Simulation, flag: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="n = 0: must be 1 or more"):
+        simulation.step(0)
+    with pytest.raises(TypeError):
+        simulation.step(1.5)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="frames = -1"):
+        simulation.run(-1)
+    for threads in (0, 100_000):
+        with pytest.raises(ValueError, match=f"threads = {threads}: must be 1 to 1024"):
+            Simulation(Scene(flag), threads=threads)
+    with pytest.raises(TypeError, match="must be a taut.Scene"):
+        Simulation("flag.toml")  # type: ignore[arg-type]
+
+
+def test_a_blow_up_keeps_the_state_before_it(flag: dict[str, Any]) -> None:
+    flag["solver"] = {"substeps": 1, "force_step": True, "filter": "none"}
+    flag["cloth"][0]["stiffness"] = 1e6
+    simulation = Simulation(Scene(flag))
+    with pytest.raises(SimulationError, match="vertex"):
+        simulation.run(200)
+    assert np.isfinite(simulation.positions).all()
+    assert simulation.time == pytest.approx(simulation.steps * simulation.step_length)
+
+
+def test_other_threads_run_meanwhile(flag: dict[str, Any]) -> None:
+    flag["cloth"][0]["grid"]["cells"] = [60, 40]
+    simulation = Simulation(Scene(flag), threads=1)
+    stepping, counted = threading.Event(), 0
+    worker = threading.Thread(target=lambda: (stepping.set(), simulation.step(300)))
+    worker.start()
+    stepping.wait()
+    while worker.is_alive() and counted < 1000:
+        counted += 1
+        worker.join(timeout=1e-4)
+    worker.join()
+    # Were the lock of Python held, this thread would wake up once before the call and once after it.
+    assert counted > 10
