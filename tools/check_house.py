@@ -1,4 +1,4 @@
-"""Checks that the tree keeps its own rules: who may import whom, what the engine may not touch, which paths exist.
+"""Checks that the tree keeps its rules: who may import whom, what the engine avoids, which paths exist.
 
 Run by `make lint`; prints one line for each broken rule and fails if there is any.
 """

@@ -1,4 +1,4 @@
-"""`make demo`: the flag with and without the velocity constraint, a film, a still and both worst stretches."""
+"""`make demo`: the flag with and without the velocity constraint, film, still, both worst stretches."""
 
 import json
 import subprocess
