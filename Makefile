@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench docs clean
+.PHONY: setup demo test test-rust test-python lint bench schema figures clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built scenes/meshes/cape.obj
@@ -45,8 +45,11 @@ test-python: setup
 bench: setup
 	cargo bench --package taut
 
-docs: setup
+schema: setup
 	$(BIN)/taut schema > docs/scene.schema.json
+
+figures: setup
+	$(BIN)/python tools/figures.py
 
 clean:
 	rm -rf .venv target out scenes/meshes/cape.obj
