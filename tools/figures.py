@@ -1,7 +1,7 @@
 """`make figures`: the figures and pictures of the README, from runs made now.
 
-Runs scenes with and without the velocity constraint, rewrites the table between the markers in README.md and the
-pictures in docs/pictures.
+Runs scenes with and without the velocity constraint, rewrites the table between the markers in README.md
+and the pictures in docs/pictures.
 """
 
 import json
