@@ -15,8 +15,10 @@ use strain_limit::StrainLimit;
 pub struct Limited {
     /// Springs that would have gone over their limit.
     pub springs: u32,
-    /// Passes over the springs.
+    /// Passes over the springs; cycles over all levels in the coarse-to-fine filter.
     pub sweeps: u32,
+    /// Cloths whose step the certificate had to shorten.
+    pub cuts: u32,
 }
 
 /// The filter of a model with its workspace.

@@ -54,6 +54,8 @@ pub enum FilterKind {
     Sequential,
     /// Repeated symmetric, mass-weighted projections.
     Sweeps,
+    /// The coarse-to-fine velocity constraint: every spring within its limit after every step.
+    CoarseToFine,
 }
 
 /// Steps per frame.

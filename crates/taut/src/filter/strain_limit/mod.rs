@@ -2,6 +2,8 @@
 //!
 //! A method is a file here and a line in [`new`].
 
+mod coarse_to_fine;
+mod coloured;
 mod none;
 mod sequential;
 mod sweeps;
@@ -23,6 +25,7 @@ pub(super) fn new(model: &Model) -> Box<dyn StrainLimit> {
     match model.solver.filter {
         FilterKind::None => Box::new(none::None),
         FilterKind::Sequential => Box::new(sequential::Sequential::new(model)),
+        FilterKind::CoarseToFine => Box::new(coarse_to_fine::CoarseToFine::new(model)),
         FilterKind::Sweeps => Box::new(sweeps::Sweeps::new(model)),
     }
 }

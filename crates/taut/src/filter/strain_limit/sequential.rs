@@ -93,7 +93,7 @@ impl StrainLimit for Sequential {
             }
             springs += 1;
         }
-        Limited { springs, sweeps: 1 }
+        Limited { springs, sweeps: 1, cuts: 0 }
     }
 }
 

@@ -1,0 +1,159 @@
+//! One level of a lattice: every spring is found by arithmetic, and all loops run over consecutive memory.
+//!
+//! Each row is stored as its even columns and its odd columns apart. Neighbours along a row, across rows and along
+//! diagonals are then runs of consecutive particles that never meet twice, so that a whole run is projected at once.
+
+use super::kernels::{BLOCK, End, Pull, project, worst};
+use crate::geometry::Vectors;
+
+/// A limit that no distance reaches, for the lanes that fill up a run; its square is still a number.
+const NO_LIMIT: f32 = 1e18;
+
+/// One level of a lattice.
+pub(super) struct Level {
+    pub columns: usize,
+    pub rows: usize,
+    /// Positions at the start of the step [m].
+    pub x: Vectors,
+    /// Displacements so far [m].
+    pub d: Vectors,
+    /// Inverse masses, zero for what is held.
+    pub w: Vec<f32>,
+    /// Distance in memory between two rows of a half.
+    stride: usize,
+    /// Greatest lengths [m] along a row: of the springs that begin at even columns, at odd columns.
+    across: [Vec<f32>; 2],
+    /// Greatest lengths from row to row: between ordinary rows, before the last row.
+    up: [Vec<f32>; 2],
+    /// Greatest lengths of diagonals, first index as `up`, second as `across`.
+    diagonal: [[Vec<f32>; 2]; 2],
+}
+
+/// The springs of one run: where their two ends begin, and their greatest lengths.
+struct Run<'a> {
+    a: usize,
+    b: usize,
+    limit: &'a [f32],
+}
+
+impl Level {
+    /// A level whose columns and rows stand at these distances from the first [m]; `stretch` is 1 + lambda.
+    pub fn new(columns: &[f64], rows: &[f64], stretch: f64) -> Self {
+        let (evens, odds) = (columns.len().div_ceil(2), columns.len() / 2);
+        let stride = evens.next_multiple_of(BLOCK) + BLOCK;
+        let width = |column: usize| columns[column + 1] - columns[column];
+        let gaps = [rows[1] - rows[0], rows[rows.len() - 1] - rows[rows.len() - 2]];
+        let along = |height: f64| {
+            [(0, odds), (1, evens - 1)].map(|(first, count)| {
+                let limit = |k: usize| (stretch * width(2 * k + first).hypot(height)) as f32;
+                let padded = count.next_multiple_of(BLOCK);
+                (0..padded).map(|k| if k < count { limit(k) } else { NO_LIMIT }).collect::<Vec<f32>>()
+            })
+        };
+        let size = 2 * rows.len() * stride;
+        Self {
+            columns: columns.len(),
+            rows: rows.len(),
+            x: Vectors::zeros(size),
+            d: Vectors::zeros(size),
+            w: vec![0.0; size],
+            stride,
+            across: along(0.0),
+            up: gaps.map(|gap| vec![(stretch * gap) as f32; evens.next_multiple_of(BLOCK)]),
+            diagonal: gaps.map(along),
+        }
+    }
+
+    /// Where the particle of a column and a row is kept.
+    #[inline]
+    pub fn place(&self, column: usize, row: usize) -> usize {
+        ((column % 2) * self.rows + row) * self.stride + column / 2
+    }
+
+    /// One pass over all springs.
+    pub fn sweep(&mut self, pull: Pull, backwards: bool) {
+        let Self { x, d, w, rows, stride, across, up, diagonal, .. } = self;
+        let layout = Layout { rows: *rows, stride: *stride, across, up, diagonal };
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for step in 0..layout.rows {
+                    let row = if backwards { layout.rows - 1 - step } else { step };
+                    for run in 0..RUNS {
+                        let run = if backwards { RUNS - 1 - run } else { run };
+                        if let Some(run) = layout.run(row, run) {
+                            sweep_run(x, d, w, &run, pull);
+                        }
+                    }
+                }
+            },
+        );
+    }
+
+    /// Largest (|X_uv + D_uv| / R)^2 of all springs.
+    pub fn worst(&self) -> f32 {
+        let layout =
+            Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal };
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let mut largest = 0.0_f32;
+                for row in 0..self.rows {
+                    for run in (0..RUNS).filter_map(|run| layout.run(row, run)) {
+                        largest = largest.max(worst(&self.x, &self.d, run.a, run.b, run.limit));
+                    }
+                }
+                largest
+            },
+        )
+    }
+}
+
+#[inline(always)]
+fn sweep_run(x: &Vectors, d: &mut Vectors, w: &[f32], run: &Run<'_>, pull: Pull) {
+    let (a, b) = (run.a..run.a + run.limit.len(), run.b..run.b + run.limit.len());
+    const APART: &str = "the two ends of a run do not overlap";
+    let [au, bu] = d.x.get_disjoint_mut([a.clone(), b.clone()]).expect(APART);
+    let [av, bv] = d.y.get_disjoint_mut([a.clone(), b.clone()]).expect(APART);
+    let [aw, bw] = d.z.get_disjoint_mut([a.clone(), b.clone()]).expect(APART);
+    let end_a = End { x: [&x.x[a.clone()], &x.y[a.clone()], &x.z[a.clone()]], d: [au, av, aw], w: &w[a] };
+    let end_b = End { x: [&x.x[b.clone()], &x.y[b.clone()], &x.z[b.clone()]], d: [bu, bv, bw], w: &w[b] };
+    project(end_a, end_b, run.limit, pull);
+}
+
+/// Runs that begin at a row: two along it, six to the next row.
+const RUNS: usize = 8;
+
+/// What is needed to find a run.
+struct Layout<'a> {
+    rows: usize,
+    stride: usize,
+    across: &'a [Vec<f32>; 2],
+    up: &'a [Vec<f32>; 2],
+    diagonal: &'a [[Vec<f32>; 2]; 2],
+}
+
+impl<'a> Layout<'a> {
+    /// The run of a number at a row; none where there is no next row.
+    #[inline(always)]
+    fn run(&self, row: usize, run: usize) -> Option<Run<'a>> {
+        let (even, odd) = (row * self.stride, (self.rows + row) * self.stride);
+        if run >= 2 && row + 1 == self.rows {
+            return None;
+        }
+        let (next_even, next_odd) = (even + self.stride, odd + self.stride);
+        let gap = usize::from(row + 2 == self.rows);
+        let (up, diagonal) = (&self.up[gap], &self.diagonal[gap]);
+        let (a, b, limit) = match run {
+            0 => (even, odd, &self.across[0]),
+            1 => (odd, even + 1, &self.across[1]),
+            2 => (even, next_even, up),
+            3 => (odd, next_odd, up),
+            4 => (even, next_odd, &diagonal[0]),
+            5 => (odd, next_even + 1, &diagonal[1]),
+            6 => (odd, next_even, &diagonal[0]),
+            _ => (even + 1, next_odd, &diagonal[1]),
+        };
+        Some(Run { a, b, limit })
+    }
+}
