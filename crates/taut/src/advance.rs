@@ -1,8 +1,8 @@
 //! Several steps as one: all of them, or none.
 
-use crate::health::StepReport;
+use crate::health::{StateReport, StepReport};
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{State, worst_spring};
 use crate::step::{Work, inspect, step};
 
 /// What happened during several steps.
@@ -10,8 +10,8 @@ use crate::step::{Work, inspect, step};
 pub struct Summary {
     /// How many steps.
     pub steps: u64,
-    /// The report of the last step; its energies and worst stretch are those of the state reached.
-    pub last: StepReport,
+    /// The state reached.
+    pub last: StateReport,
     /// Largest stretch after any of the steps [1].
     pub worst_stretch: f64,
     /// The spring that had it.
@@ -20,8 +20,10 @@ pub struct Summary {
     pub limited_steps: u64,
     /// Springs that would have gone over their limit, summed over the steps.
     pub limited_springs: u64,
-    /// Passes over the springs, summed over the steps.
+    /// Passes over the springs, or cycles over all levels, summed over the steps.
     pub sweeps: u64,
+    /// Times that the certificate had to shorten the step of a cloth.
+    pub cuts: u64,
 }
 
 /// A particle's position or velocity is no longer a finite number.
@@ -47,13 +49,14 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
         let mut summary = Summary::default();
         for _ in 0..count {
             let report = step(model, state, work);
-            if let Some(particle) = report.non_finite {
+            if !report.finite {
+                let particle = inspect(model, state, work).non_finite.unwrap_or_default();
                 return Err(NonFinite { particle, time: state.time(model) });
             }
-            summary.add(report);
+            summary.add(report, model, state);
         }
+        summary.last = inspect(model, state, work);
         if count == 0 {
-            summary.last = inspect(model, state, work);
             (summary.worst_stretch, summary.worst_spring) = (summary.last.worst_stretch, summary.last.worst_spring);
         }
         Ok(summary)
@@ -65,14 +68,15 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
 }
 
 impl Summary {
-    fn add(&mut self, report: StepReport) {
+    fn add(&mut self, report: StepReport, model: &Model, state: &State) {
         if self.steps == 0 || report.worst_stretch > self.worst_stretch {
-            (self.worst_stretch, self.worst_spring) = (report.worst_stretch, report.worst_spring);
+            self.worst_stretch = report.worst_stretch;
+            self.worst_spring = worst_spring(model, &model.cloths[report.worst_cloth], &state.positions);
         }
         self.steps += 1;
         self.limited_steps += u64::from(report.limited.springs > 0);
         self.limited_springs += u64::from(report.limited.springs);
         self.sweeps += u64::from(report.limited.sweeps);
-        self.last = report;
+        self.cuts += u64::from(report.limited.cuts);
     }
 }

@@ -1,22 +1,34 @@
-//! How the cloth is doing: one pass over the springs and one over the particles after every step.
+//! How the cloth is doing: a glance after every step, a full examination on demand.
 
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::filter::Limited;
 use crate::forces::elastic_energy;
-use crate::geometry::{CHUNK, Pool};
+use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{State, measure};
 
 /// What a step did and where it led.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct StepReport {
     /// Largest |X_uv| / L - 1 over the type 1 springs [1]; 0 if there are none.
     pub worst_stretch: f64,
-    /// The spring that has it.
-    pub worst_spring: Option<u32>,
+    /// The cloth that has it.
+    pub worst_cloth: usize,
     /// What the filter did.
     pub limited: Limited,
+    /// Whether every particle is at a finite place.
+    pub finite: bool,
+}
+
+/// A state, examined.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StateReport {
+    /// Largest |X_uv| / L - 1 over the type 1 springs [1]; 0 if there are none.
+    pub worst_stretch: f64,
+    /// The spring that has it.
+    pub worst_spring: Option<u32>,
     /// Sum of M V^2 / 2 over the free particles [J].
     pub kinetic_energy: f64,
     /// Sum of k_s (|X_uv| - L)^2 / 2 [J].
@@ -25,6 +37,43 @@ pub struct StepReport {
     pub potential_energy: f64,
     /// The first particle with a coordinate or velocity that is not a finite number.
     pub non_finite: Option<u32>,
+}
+
+/// The glance after every step: no square roots, no energies, vector registers where the cloth is a grid.
+#[must_use]
+pub fn glance(model: &Model, state: &State, limited: Limited) -> StepReport {
+    let mut report = StepReport { limited, finite: all_finite(&state.positions), ..StepReport::default() };
+    let mut worst = None;
+    for (index, cloth) in model.cloths.iter().enumerate().filter(|(_, cloth)| !cloth.springs.is_empty()) {
+        let limit = 1.0 + f64::from(model.springs.strain_limit[cloth.springs.start]);
+        let stretch = f64::from(measure(model, cloth, &state.positions).worst) * limit - 1.0;
+        if worst.is_none_or(|worst| stretch > worst) {
+            worst = Some(stretch);
+            (report.worst_stretch, report.worst_cloth) = (stretch, index);
+        }
+    }
+    report
+}
+
+/// A velocity that is not finite has made its position so in the same step.
+fn all_finite(positions: &Vectors) -> bool {
+    let columns = [&positions.x, &positions.y, &positions.z];
+    Arch::new().dispatch(AllFinite(columns.map(|column| column.as_slice())))
+}
+
+struct AllFinite<'a>([&'a [f32]; 3]);
+
+impl WithSimd for AllFinite<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        const EXPONENT: u32 = 0x7f80_0000;
+        self.0.iter().all(|column| {
+            let wrong = column.iter().fold(0, |wrong, value| wrong | u32::from(value.to_bits() & EXPONENT == EXPONENT));
+            wrong == 0
+        })
+    }
 }
 
 /// Workspace: a partial result for every chunk, combined in chunk order.
@@ -61,10 +110,10 @@ impl Health {
 }
 
 /// Examines a state.
-pub fn inspect(model: &Model, state: &State, limited: Limited, health: &mut Health, pool: &Pool) -> StepReport {
+pub fn inspect(model: &Model, state: &State, health: &mut Health, pool: &Pool) -> StateReport {
     for_each_part(&mut health.springs, pool, |chunk, part| *part = springs_of(chunk, model, state));
     for_each_part(&mut health.particles, pool, |chunk, part| *part = particles_of(chunk, model, state));
-    let mut report = StepReport { limited, ..StepReport::default() };
+    let mut report = StateReport::default();
     let mut worst = 0.0;
     for part in &health.springs {
         if part.worst > worst {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::filter::{self, Filter};
 use crate::forces::{self, Forces};
 use crate::geometry::Pool;
-use crate::health::{self, Health, StepReport};
+use crate::health::{self, Health, StateReport, StepReport};
 use crate::integrate;
 use crate::model::Model;
 use crate::state::State;
@@ -39,18 +39,18 @@ impl Work {
 
 /// Advances by one step.
 pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
-    let Work { forces, filter, health, pool } = work;
+    let Work { forces, filter, pool, .. } = work;
     pool.install(|| {
         forces::accumulate(model, state, forces, pool); // x, v -> f
         integrate::propose(model, state, forces.total(), pool); // f -> v*
         let limited = filter::apply(model, state, filter, pool); // v* -> v
         integrate::advance(model, state, pool); // x += h v
-        health::inspect(model, state, limited, health, pool)
+        health::glance(model, state, limited)
     })
 }
 
 /// Examines a state without advancing it.
-pub fn inspect(model: &Model, state: &State, work: &mut Work) -> StepReport {
+pub fn inspect(model: &Model, state: &State, work: &mut Work) -> StateReport {
     let Work { health, pool, .. } = work;
-    pool.install(|| health::inspect(model, state, filter::Limited::default(), health, pool))
+    pool.install(|| health::inspect(model, state, health, pool))
 }

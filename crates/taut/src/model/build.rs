@@ -130,7 +130,9 @@ impl Assembly {
                 strain_limit: if seed.kind.is_type1() { material.strain_limit } else { f64::INFINITY },
             }
         }));
-        self.cloths.push(ClothRange { name: cloth.name.clone(), first, count: part.points.len() });
+        let (name, count) = (cloth.name.clone(), part.points.len());
+        // Springs and lattice are known when all cloths are there.
+        self.cloths.push(ClothRange { name, first, count, springs: 0..0, lattice: None });
         Ok(())
     }
 
@@ -157,11 +159,20 @@ impl Assembly {
         let around =
             (0..).zip(&self.panels).flat_map(|(index, panel)| panel.distinct().iter().map(move |&corner| (corner, index)));
         let links = Adjacency::new(count, links);
-        let of_grid = |(cloth, range): (&Cloth, &ClothRange)| {
-            cloth.grid.as_ref().and_then(|grid| Lattice::new(grid, range.first, |particle| links.of(particle)))
-        };
+        let mut lattices = Vec::new();
+        let mut next = 0;
+        for (cloth, range) in scene.cloth.iter().zip(&mut self.cloths) {
+            let particles = range.particles();
+            let of_cloth = springs.ends[next..springs.type1].iter().take_while(|ends| particles.contains(&(ends[0] as usize)));
+            range.springs = next..next + of_cloth.count();
+            next = range.springs.end;
+            if let Some(lattice) = cloth.grid.as_ref().and_then(|grid| Lattice::new(grid, range, &springs, &links)) {
+                range.lattice = Some(lattices.len());
+                lattices.push(lattice);
+            }
+        }
         Ok(Model {
-            lattices: scene.cloth.iter().zip(&self.cloths).filter_map(of_grid).collect(),
+            lattices,
             links,
             fingerprint: fingerprint(scene, &self.particles.rest, &springs),
             panels: Panels {

@@ -14,6 +14,8 @@ mod springs;
 mod step_bound;
 mod winding;
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 pub use adjacency::Adjacency;
@@ -68,6 +70,18 @@ pub struct ClothRange {
     pub first: usize,
     /// Its number of particles.
     pub count: usize,
+    /// Its type 1 springs.
+    pub springs: Range<usize>,
+    /// Which of the model's lattices it is, if it is a grid.
+    pub lattice: Option<usize>,
+}
+
+impl ClothRange {
+    /// Its particles.
+    #[must_use]
+    pub fn particles(&self) -> Range<usize> {
+        self.first..self.first + self.count
+    }
 }
 
 /// The particles of all cloths.

@@ -1,11 +1,13 @@
 //! What changes while a scene runs: positions, velocities and the number of steps taken.
 
 mod snapshot;
+mod stretch;
 
 use glam::Vec3;
 use xxhash_rust::xxh3::Xxh3;
 
 pub use snapshot::SnapshotError;
+pub use stretch::{Stretch, measure, worst_spring};
 
 use crate::geometry::Vectors;
 use crate::model::Model;

@@ -4,45 +4,27 @@
 //! spring is measured. Admissible positions are a convex set: of the segment from an admissible reference Y to the
 //! proposed P, a part up to some t is admissible, and going only that far is always possible.
 
-use std::ops::Range;
-
 use glam::{DVec3, Vec3};
-use pulp::Arch;
 
 use crate::geometry::Vectors;
-use crate::model::{Lattice, Model};
-use crate::state::State;
+use crate::model::{ClothRange, Model};
+use crate::state::{State, Stretch, measure};
 
-/// The part of the model that one certificate speaks of: a cloth.
-pub(super) struct Extent {
-    /// Its particles.
-    pub particles: Range<usize>,
-    /// Its type 1 springs.
-    pub springs: Range<usize>,
-    /// Its grid, if it is one, and the greatest lengths of its springs to the right, up, up-right and up-left [m].
-    pub lattice: Option<(Lattice, [f32; 4])>,
+/// What one certificate speaks of: a cloth.
+pub(super) struct Certificate {
+    cloth: ClothRange,
 }
 
-impl Extent {
-    /// What the springs of the cloth say at `positions`: springs over their limit, and the largest |X_uv| / R.
-    pub fn measure(&self, model: &Model, positions: &Vectors) -> (u32, f32) {
-        let (over, square) = match &self.lattice {
-            Some((lattice, limits)) => Arch::new().dispatch(
-                #[inline(always)]
-                || measure_lattice(lattice, limits, positions),
-            ),
-            None => self.springs.clone().fold((0, 0.0_f32), |(over, worst), spring| {
-                let limit = model.springs.greatest_length(spring);
-                let ratio = length(model, positions, spring).powi(2) / (limit * limit);
-                (over + u32::from(ratio > 1.0), worst.max(ratio))
-            }),
-        };
-        (over, square.sqrt())
+impl Certificate {
+    /// The certificate of a cloth.
+    pub fn new(cloth: &ClothRange) -> Self {
+        Self { cloth: cloth.clone() }
     }
 
-    /// Writes X + V h, as the integrator does.
-    pub fn ends_of_step(&self, state: &State, step: f32, ends: &mut Vectors) {
-        let run = self.particles.clone();
+    /// Writes X + V h, as the integrator does, and measures it.
+    pub fn measure(&self, model: &Model, state: &State, ends: &mut Vectors) -> Stretch {
+        let step = model.timing.step_length as f32;
+        let run = self.cloth.particles();
         let columns = [
             (&state.positions.x, &state.velocities.x, &mut ends.x),
             (&state.positions.y, &state.velocities.y, &mut ends.y),
@@ -52,6 +34,7 @@ impl Extent {
             let moving = positions[run.clone()].iter().zip(&velocities[run.clone()]);
             ends[run.clone()].iter_mut().zip(moving).for_each(|(end, (position, velocity))| *end = position + velocity * step);
         }
+        measure(model, &self.cloth, ends)
     }
 
     /// The velocity of an admissible motion of the whole cloth without strain [m/s]: that of its pins if they all move
@@ -59,7 +42,7 @@ impl Extent {
     pub fn rigid_velocity(&self, model: &Model, state: &State) -> Option<Vec3> {
         let mut common = None;
         let (mut momentum, mut mass) = (DVec3::ZERO, 0.0);
-        for particle in self.particles.clone() {
+        for particle in self.cloth.particles() {
             let velocity = state.velocities.get(particle);
             if model.particles.inverse_mass[particle] == 0.0 {
                 if model.particles.mass[particle] > 0.0 && *common.get_or_insert(velocity) != velocity {
@@ -76,7 +59,7 @@ impl Extent {
 
     /// Kinetic energy of the free particles in a frame that moves with `frame` [J].
     pub fn kinetic_energy(&self, model: &Model, velocities: &Vectors, frame: Vec3) -> f64 {
-        let free = self.particles.clone().filter(|&particle| model.particles.inverse_mass[particle] > 0.0);
+        let free = self.cloth.particles().filter(|&particle| model.particles.inverse_mass[particle] > 0.0);
         free.map(|particle| {
             0.5 * f64::from(model.particles.mass[particle]) * (velocities.get(particle) - frame).as_dvec3().length_squared()
         })
@@ -85,7 +68,7 @@ impl Extent {
 
     /// Slows the cloth down to `part` of its motion relative to `frame`.
     pub fn slow_down(&self, model: &Model, velocities: &mut Vectors, frame: Vec3, part: f32) {
-        for particle in self.particles.clone().filter(|&particle| model.particles.inverse_mass[particle] > 0.0) {
+        for particle in self.cloth.particles().filter(|&particle| model.particles.inverse_mass[particle] > 0.0) {
             let velocity = velocities.get(particle);
             velocities.set(particle, frame + (velocity - frame) * part);
         }
@@ -97,7 +80,7 @@ impl Extent {
         /// Rounding of the ends must not lead over the limit again.
         const MARGIN: f32 = 1.0 - 4e-5;
         let mut part = 1.0_f32;
-        for spring in self.springs.clone() {
+        for spring in self.cloth.springs.clone() {
             let [u, v] = model.springs.ends[spring].map(|end| end as usize);
             let limit = f64::from(model.springs.greatest_length(spring) * MARGIN);
             let x = (state.positions.get(v) - state.positions.get(u)).as_dvec3();
@@ -112,38 +95,4 @@ impl Extent {
         }
         part.clamp(0.0, 1.0)
     }
-}
-
-fn length(model: &Model, positions: &Vectors, spring: usize) -> f32 {
-    let [u, v] = model.springs.ends[spring].map(|end| end as usize);
-    positions.get(u).distance(positions.get(v))
-}
-
-/// Number of springs over their limit and the largest (|X_uv| / R)^2 of a lattice.
-#[inline(always)]
-fn measure_lattice(lattice: &Lattice, limits: &[f32; 4], positions: &Vectors) -> (u32, f32) {
-    let (columns, rows) = (lattice.columns, lattice.rows);
-    let (mut over, mut worst) = (0, 0_i32);
-    for row in 0..rows {
-        let left = lattice.first + row * columns;
-        let mut run = |from: usize, to: usize, len: usize, limit: f32| {
-            let [ax, ay, az] = [&positions.x[from..from + len], &positions.y[from..from + len], &positions.z[from..from + len]];
-            let [bx, by, bz] = [&positions.x[to..to + len], &positions.y[to..to + len], &positions.z[to..to + len]];
-            let inverse = 1.0 / (limit * limit);
-            for i in 0..len {
-                let (dx, dy, dz) = (bx[i] - ax[i], by[i] - ay[i], bz[i] - az[i]);
-                let ratio = (dx * dx + dy * dy + dz * dz) * inverse;
-                // Non-negative floats order like their bits, and integer maxima vectorise.
-                worst = worst.max(ratio.to_bits().cast_signed());
-                over += u32::from(ratio > 1.0);
-            }
-        };
-        run(left, left + 1, columns - 1, limits[0]);
-        if row + 1 < rows {
-            run(left, left + columns, columns, limits[1]);
-            run(left, left + columns + 1, columns - 1, limits[2]);
-            run(left + 1, left + columns, columns - 1, limits[3]);
-        }
-    }
-    (over, f32::from_bits(worst.cast_unsigned()))
 }

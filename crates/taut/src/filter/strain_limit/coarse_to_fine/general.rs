@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::Hierarchy;
 use crate::filter::strain_limit::coloured::{ColouredSprings, Pass};
 use crate::geometry::{Pool, Vectors};
-use crate::model::Model;
+use crate::model::{ClothRange, Model};
 use crate::state::State;
 
 /// Sweeps in a cycle.
@@ -26,12 +26,12 @@ pub(super) struct GeneralLevels {
 }
 
 impl GeneralLevels {
-    /// The springs in `range` between the particles in `particles`, aimed `delta` of R below their limit.
-    pub fn new(model: &Model, particles: Range<usize>, range: Range<usize>, delta: f32) -> Self {
+    /// The springs of a cloth, aimed `delta` of R below their limit.
+    pub fn new(model: &Model, cloth: &ClothRange, delta: f32) -> Self {
         let zeros = || [Vectors::zeros(model.particle_count()), Vectors::zeros(model.particle_count())];
         Self {
-            springs: ColouredSprings::new(model, range),
-            particles,
+            springs: ColouredSprings::new(model, cloth.springs.clone()),
+            particles: cloth.particles(),
             aim: 1.0 - delta,
             step: model.timing.step_length as f32,
             now: zeros(),

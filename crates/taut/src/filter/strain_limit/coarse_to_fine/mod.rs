@@ -9,16 +9,14 @@ mod certificate;
 mod general;
 mod lattice;
 
-use std::ops::Range;
-
 use glam::Vec3;
 
 use super::StrainLimit;
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
-use crate::model::{ClothRange, Lattice, Model};
+use crate::model::{ClothRange, Model};
 use crate::state::State;
-use certificate::Extent;
+use certificate::Certificate;
 
 /// How far below its limit R a corrected spring is aimed, as a part of the strain that R allows.
 const BACK_OFF: f32 = 0.2;
@@ -26,6 +24,9 @@ const BACK_OFF: f32 = 0.2;
 const MOMENTUM: f32 = 0.75;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
+
+/// The levels measure with less rounding than the integrator will have: they are asked for a little less than R.
+const ENOUGH: f32 = 1.0 - 2e-5;
 
 /// Levels of one cloth.
 trait Hierarchy: Send {
@@ -41,7 +42,7 @@ trait Hierarchy: Send {
 
 /// One cloth: its levels and its certificate.
 struct Unit {
-    extent: Extent,
+    certificate: Certificate,
     levels: Box<dyn Hierarchy>,
 }
 
@@ -75,34 +76,27 @@ impl StrainLimit for CoarseToFine {
 impl Unit {
     /// A cloth; none if nothing in it is limited.
     fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
-        let particles = cloth.first..cloth.first + cloth.count;
-        let springs = springs_of(model, &particles)?;
-        // Rounding of positions far from the origin must stay small against the room below the limit.
-        let strain = model.springs.strain_limit[springs.start];
+        let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
         let delta = BACK_OFF * strain / (1.0 + strain);
-        let lattice = model.lattices.iter().find(|lattice| lattice.first == cloth.first);
-        let levels: Box<dyn Hierarchy> = match lattice {
-            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, lattice, delta)),
-            None => Box::new(general::GeneralLevels::new(model, particles.clone(), springs.clone(), delta)),
+        let levels: Box<dyn Hierarchy> = match cloth.lattice {
+            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
+            None => Box::new(general::GeneralLevels::new(model, cloth, delta)),
         };
-        let lattice = lattice.map(|lattice| (lattice.clone(), limits_of(model, lattice, springs.clone())));
-        Some(Self { extent: Extent { particles, springs, lattice }, levels })
+        Some(Self { certificate: Certificate::new(cloth), levels })
     }
 
     fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors) -> Limited {
-        let step = model.timing.step_length as f32;
-        self.extent.ends_of_step(state, step, ends);
-        let (over, mut worst) = self.extent.measure(model, ends);
-        let mut limited = Limited { springs: over, ..Limited::default() };
+        let proposed = self.certificate.measure(model, state, ends);
+        let mut limited = Limited { springs: proposed.over, ..Limited::default() };
+        let mut worst = proposed.worst;
         if worst <= 1.0 || worst.is_nan() {
             return limited;
         }
-        let frame = self.extent.rigid_velocity(model, state);
-        let energy = frame.map(|frame| self.extent.kinetic_energy(model, &state.velocities, frame));
+        let frame = self.certificate.rigid_velocity(model, state);
+        let energy = frame.map(|frame| self.certificate.kinetic_energy(model, &state.velocities, frame));
         self.levels.load(model, state);
         let mut since_restart = 0;
-        // The levels measure with less rounding than the integrator: ask for a little more than the limit.
-        while worst > 1.0 - 2e-5 && limited.sweeps < model.solver.iterations {
+        while worst > ENOUGH && limited.sweeps < model.solver.iterations {
             self.levels.cycle(if since_restart < 2 { 0.0 } else { MOMENTUM });
             limited.sweeps += 1;
             let now = self.levels.worst();
@@ -119,47 +113,24 @@ impl Unit {
 
     /// Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is.
     fn guard_energy(&self, model: &Model, state: &mut State, frame: Vec3, before: f64) {
-        let after = self.extent.kinetic_energy(model, &state.velocities, frame);
+        let after = self.certificate.kinetic_energy(model, &state.velocities, frame);
         if after > before {
-            self.extent.slow_down(model, &mut state.velocities, frame, (before / after).sqrt() as f32);
+            self.certificate.slow_down(model, &mut state.velocities, frame, (before / after).sqrt() as f32);
         }
     }
 
-    /// The certificate: measures the ends of the step and goes only as far as all springs allow. Returns whether it had to cut.
+    /// Measures the ends of the step and goes only as far as all springs allow. Returns whether it had to cut.
     fn cut(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>) -> bool {
-        let step = model.timing.step_length as f32;
-        let mut cut = false;
-        // Each round leaves more room for the rounding of the ends.
-        for _ in 0..4 {
-            self.extent.ends_of_step(state, step, ends);
-            if self.extent.measure(model, ends).1 <= 1.0 {
-                break;
+        // Rounding of the shortened step can ask for another round.
+        const ROUNDS: usize = 4;
+        for round in 0..ROUNDS {
+            if self.certificate.measure(model, state, ends).worst <= 1.0 {
+                return round > 0;
             }
-            cut = true;
             let Some(frame) = frame else { break };
-            let part = self.extent.admissible_part(model, state, ends);
-            self.extent.slow_down(model, &mut state.velocities, frame, part.min(1.0 - 1e-6));
+            let part = self.certificate.admissible_part(model, state, ends);
+            self.certificate.slow_down(model, &mut state.velocities, frame, part.min(1.0 - 1e-6));
         }
-        cut
+        true
     }
-}
-
-/// The type 1 springs of a cloth, which stand one after the other.
-fn springs_of(model: &Model, particles: &Range<usize>) -> Option<Range<usize>> {
-    let inside = |spring: &usize| particles.contains(&(model.springs.ends[*spring][0] as usize));
-    let start = (0..model.springs.type1).find(inside)?;
-    let count = (start..model.springs.type1).take_while(inside).count();
-    Some(start..start + count)
-}
-
-/// Greatest lengths of a lattice's springs to the right, up, up-right and up-left; the least of each kind.
-fn limits_of(model: &Model, lattice: &Lattice, springs: Range<usize>) -> [f32; 4] {
-    let offsets = [1, lattice.columns, lattice.columns + 1, lattice.columns - 1];
-    offsets.map(|offset| {
-        let kind = springs.clone().filter(|&spring| {
-            let [u, v] = model.springs.ends[spring];
-            u.abs_diff(v) as usize == offset
-        });
-        kind.map(|spring| model.springs.greatest_length(spring)).fold(f32::INFINITY, f32::min)
-    })
 }

@@ -1,14 +1,16 @@
-//! Projections of whole runs of springs at once, for vector registers.
+//! Projections of whole runs of springs at once, in vector registers.
 //!
 //! The springs of a run join the particles `a[i]` and `b[i]`; no particle is in a run twice. Particles carry their
 //! position at the start of the step, x, and their displacement so far, d; the end of the step is x + d. Displacements
 //! are kept apart from positions because they are small: in single precision the sum would round slow motion away.
 //! Every run is a whole number of blocks long.
 
+use pulp::Simd;
+
 use crate::geometry::Vectors;
 
-/// Lanes that are tested together: where none of them is over its limit, nothing is computed or stored.
-pub(super) const BLOCK: usize = 8;
+/// Runs are filled up to a multiple of this, the widest vector register there is (AVX-512).
+pub(super) const BLOCK: usize = 16;
 
 /// One end of the springs of a run.
 pub(super) struct End<'a> {
@@ -22,7 +24,7 @@ pub(super) struct End<'a> {
 
 /// When and how far a spring is pulled together, as parts of its greatest length R.
 #[derive(Clone, Copy)]
-pub(in super::super) struct Pull {
+pub(super) struct Pull {
     /// Springs longer than this are pulled ..
     pub trigger: f32,
     /// .. to this length ..
@@ -31,63 +33,69 @@ pub(in super::super) struct Pull {
     pub part: f32,
 }
 
-/// Projects every spring of a run that is over its trigger.
+/// Projects every spring of a run that is over its trigger. Where none of a register's springs is, nothing is stored.
 #[inline(always)]
-pub(super) fn project(a: End<'_>, b: End<'_>, limit: &[f32], pull: Pull) {
+pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], pull: Pull) {
+    let limit = S::as_simd_f32s(limit).0;
     let len = limit.len();
-    let [ax, ay, az] = a.x.map(|values| &values[..len]);
-    let [bx, by, bz] = b.x.map(|values| &values[..len]);
-    let [au, av, aw] = a.d.map(|values| &mut values[..len]);
-    let [bu, bv, bw] = b.d.map(|values| &mut values[..len]);
-    let (wa, wb, limit) = (&a.w[..len], &b.w[..len], &limit[..len]);
-    for start in (0..len).step_by(BLOCK) {
-        let (mut y, mut square) = ([[0.0_f32; BLOCK]; 3], [0.0_f32; BLOCK]);
-        let mut active = 0_u32;
-        for lane in 0..BLOCK {
-            let i = start + lane;
-            y[0][lane] = (bx[i] - ax[i]) + (bu[i] - au[i]);
-            y[1][lane] = (by[i] - ay[i]) + (bv[i] - av[i]);
-            y[2][lane] = (bz[i] - az[i]) + (bw[i] - aw[i]);
-            square[lane] = y[0][lane] * y[0][lane] + y[1][lane] * y[1][lane] + y[2][lane] * y[2][lane];
-            let trigger = limit[i] * pull.trigger;
-            active |= u32::from(square[lane] > trigger * trigger);
-        }
-        if active == 0 {
+    let [ax, ay, az] = a.x.map(|values| &S::as_simd_f32s(values).0[..len]);
+    let [bx, by, bz] = b.x.map(|values| &S::as_simd_f32s(values).0[..len]);
+    let [au, av, aw] = a.d.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
+    let [bu, bv, bw] = b.d.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
+    let [wa, wb] = [a.w, b.w].map(|values| &S::as_simd_f32s(values).0[..len]);
+    let [trigger, aim, part] = [pull.trigger, pull.aim, pull.part].map(|value| simd.splat_f32s(value));
+    // The floor keeps two held ends, and the empty lanes at the end of a run, from dividing by zero.
+    let (floor, zero) = (simd.splat_f32s(1e-30), simd.splat_f32s(0.0));
+    let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
+    for i in 0..len {
+        let x = add(sub(bx[i], ax[i]), sub(bu[i], au[i]));
+        let y = add(sub(by[i], ay[i]), sub(bv[i], av[i]));
+        let z = add(sub(bz[i], az[i]), sub(bw[i], aw[i]));
+        let square = add(add(mul(x, x), mul(y, y)), mul(z, z));
+        let reach = mul(limit[i], trigger);
+        let over = simd.greater_than_f32s(square, mul(reach, reach));
+        if simd.first_true_m32s(over) >= S::F32_LANES {
             continue;
         }
-        for lane in 0..BLOCK {
-            let i = start + lane;
-            let length = square[lane].sqrt();
-            let excess = if length > limit[i] * pull.trigger { length - limit[i] * pull.aim } else { 0.0 };
-            // The floor keeps two held ends, and the empty lanes at the end of a run, from dividing by zero.
-            let share = pull.part * excess / (length * (wa[i] + wb[i])).max(1e-30);
-            let (share_a, share_b) = (share * wa[i], share * wb[i]);
-            au[i] += share_a * y[0][lane];
-            av[i] += share_a * y[1][lane];
-            aw[i] += share_a * y[2][lane];
-            bu[i] -= share_b * y[0][lane];
-            bv[i] -= share_b * y[1][lane];
-            bw[i] -= share_b * y[2][lane];
-        }
+        let length = simd.sqrt_f32s(square);
+        let excess = simd.select_f32s(over, sub(length, mul(limit[i], aim)), zero);
+        let weight = simd.max_f32s(mul(length, add(wa[i], wb[i])), floor);
+        let share = simd.div_f32s(mul(part, excess), weight);
+        let (share_a, share_b) = (mul(share, wa[i]), mul(share, wb[i]));
+        au[i] = add(au[i], mul(share_a, x));
+        av[i] = add(av[i], mul(share_a, y));
+        aw[i] = add(aw[i], mul(share_a, z));
+        bu[i] = sub(bu[i], mul(share_b, x));
+        bv[i] = sub(bv[i], mul(share_b, y));
+        bw[i] = sub(bw[i], mul(share_b, z));
     }
 }
 
-/// Largest (|X_uv + D_uv| / R)^2 of the run whose ends begin at `a` and `b`.
+/// Largest (|X_uv + D_uv| / R)^2, lane by lane, of `worst` and the run whose ends begin at `a` and `b`.
 #[inline(always)]
-pub(super) fn worst(x: &Vectors, d: &Vectors, a: usize, b: usize, limit: &[f32]) -> f32 {
-    let len = limit.len();
-    let [ax, ay, az] = [&x.x[a..a + len], &x.y[a..a + len], &x.z[a..a + len]];
-    let [bx, by, bz] = [&x.x[b..b + len], &x.y[b..b + len], &x.z[b..b + len]];
-    let [au, av, aw] = [&d.x[a..a + len], &d.y[a..a + len], &d.z[a..a + len]];
-    let [bu, bv, bw] = [&d.x[b..b + len], &d.y[b..b + len], &d.z[b..b + len]];
-    let mut worst = 0_i32;
-    for i in 0..len {
-        let px = (bx[i] - ax[i]) + (bu[i] - au[i]);
-        let py = (by[i] - ay[i]) + (bv[i] - av[i]);
-        let pz = (bz[i] - az[i]) + (bw[i] - aw[i]);
-        let ratio = (px * px + py * py + pz * pz) / (limit[i] * limit[i]);
-        // Non-negative floats order like their bits, and integer maxima vectorise.
-        worst = worst.max(ratio.to_bits().cast_signed());
+pub(super) fn worst<S: Simd>(simd: S, x: &Vectors, d: &Vectors, [a, b]: [usize; 2], limit: &[f32], worst: S::f32s) -> S::f32s {
+    let limit_of = S::as_simd_f32s(limit).0;
+    let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
+    let [ax, ay, az] =
+        [lanes::<S>(&x.x[a..a + limit.len()]), lanes::<S>(&x.y[a..a + limit.len()]), lanes::<S>(&x.z[a..a + limit.len()])];
+    let [bx, by, bz] =
+        [lanes::<S>(&x.x[b..b + limit.len()]), lanes::<S>(&x.y[b..b + limit.len()]), lanes::<S>(&x.z[b..b + limit.len()])];
+    let [au, av, aw] =
+        [lanes::<S>(&d.x[a..a + limit.len()]), lanes::<S>(&d.y[a..a + limit.len()]), lanes::<S>(&d.z[a..a + limit.len()])];
+    let [bu, bv, bw] =
+        [lanes::<S>(&d.x[b..b + limit.len()]), lanes::<S>(&d.y[b..b + limit.len()]), lanes::<S>(&d.z[b..b + limit.len()])];
+    let mut worst = worst;
+    for i in 0..limit_of.len() {
+        let x = add(sub(bx[i], ax[i]), sub(bu[i], au[i]));
+        let y = add(sub(by[i], ay[i]), sub(bv[i], av[i]));
+        let z = add(sub(bz[i], az[i]), sub(bw[i], aw[i]));
+        let square = add(add(mul(x, x), mul(y, y)), mul(z, z));
+        worst = simd.max_f32s(worst, simd.div_f32s(square, mul(limit_of[i], limit_of[i])));
     }
-    f32::from_bits(worst.cast_unsigned())
+    worst
+}
+
+#[inline(always)]
+fn lanes<S: Simd>(values: &[f32]) -> &[S::f32s] {
+    S::as_simd_f32s(values).0
 }

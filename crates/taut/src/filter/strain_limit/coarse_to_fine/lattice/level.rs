@@ -3,6 +3,8 @@
 //! Each row is stored as its even columns and its odd columns apart. Neighbours along a row, across rows and along
 //! diagonals are then runs of consecutive particles that never meet twice, so that a whole run is projected at once.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::kernels::{BLOCK, End, Pull, project, worst};
 use crate::geometry::Vectors;
 
@@ -40,7 +42,8 @@ impl Level {
     /// A level whose columns and rows stand at these distances from the first [m]; `stretch` is 1 + lambda.
     pub fn new(columns: &[f64], rows: &[f64], stretch: f64) -> Self {
         let (evens, odds) = (columns.len().div_ceil(2), columns.len() / 2);
-        let stride = evens.next_multiple_of(BLOCK) + BLOCK;
+        // A run may begin at the second particle of a row and be a whole number of blocks long.
+        let stride = (1 + (evens - 1).next_multiple_of(BLOCK)).max(evens).next_multiple_of(BLOCK);
         let width = |column: usize| columns[column + 1] - columns[column];
         let gaps = [rows[1] - rows[0], rows[rows.len() - 1] - rows[rows.len() - 2]];
         let along = |height: f64| {
@@ -71,54 +74,56 @@ impl Level {
     }
 
     /// One pass over all springs.
-    pub fn sweep(&mut self, pull: Pull, backwards: bool) {
+    #[inline(always)]
+    pub fn sweep<S: Simd>(&mut self, simd: S, pull: Pull, backwards: bool) {
         let Self { x, d, w, rows, stride, across, up, diagonal, .. } = self;
         let layout = Layout { rows: *rows, stride: *stride, across, up, diagonal };
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for step in 0..layout.rows {
-                    let row = if backwards { layout.rows - 1 - step } else { step };
-                    for run in 0..RUNS {
-                        let run = if backwards { RUNS - 1 - run } else { run };
-                        if let Some(run) = layout.run(row, run) {
-                            sweep_run(x, d, w, &run, pull);
-                        }
-                    }
-                }
-            },
-        );
+        for step in 0..layout.rows {
+            let row = if backwards { layout.rows - 1 - step } else { step };
+            for run in 0..RUNS {
+                let run = if backwards { RUNS - 1 - run } else { run };
+                let Some(Run { a, b, limit }) = layout.run(row, run) else { continue };
+                let ends = [a..a + limit.len(), b..b + limit.len()];
+                let [au, bu] = d.x.get_disjoint_mut(ends.clone()).expect(APART);
+                let [av, bv] = d.y.get_disjoint_mut(ends.clone()).expect(APART);
+                let [aw, bw] = d.z.get_disjoint_mut(ends.clone()).expect(APART);
+                let [a, b] = ends;
+                let end_a = End { x: [&x.x[a.clone()], &x.y[a.clone()], &x.z[a.clone()]], d: [au, av, aw], w: &w[a] };
+                let end_b = End { x: [&x.x[b.clone()], &x.y[b.clone()], &x.z[b.clone()]], d: [bu, bv, bw], w: &w[b] };
+                project(simd, end_a, end_b, limit, pull);
+            }
+        }
     }
 
     /// Largest (|X_uv + D_uv| / R)^2 of all springs.
     pub fn worst(&self) -> f32 {
-        let layout =
-            Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal };
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let mut largest = 0.0_f32;
-                for row in 0..self.rows {
-                    for run in (0..RUNS).filter_map(|run| layout.run(row, run)) {
-                        largest = largest.max(worst(&self.x, &self.d, run.a, run.b, run.limit));
-                    }
-                }
-                largest
-            },
-        )
+        Arch::new().dispatch(Worst { level: self })
     }
 }
 
-#[inline(always)]
-fn sweep_run(x: &Vectors, d: &mut Vectors, w: &[f32], run: &Run<'_>, pull: Pull) {
-    let (a, b) = (run.a..run.a + run.limit.len(), run.b..run.b + run.limit.len());
-    const APART: &str = "the two ends of a run do not overlap";
-    let [au, bu] = d.x.get_disjoint_mut([a.clone(), b.clone()]).expect(APART);
-    let [av, bv] = d.y.get_disjoint_mut([a.clone(), b.clone()]).expect(APART);
-    let [aw, bw] = d.z.get_disjoint_mut([a.clone(), b.clone()]).expect(APART);
-    let end_a = End { x: [&x.x[a.clone()], &x.y[a.clone()], &x.z[a.clone()]], d: [au, av, aw], w: &w[a] };
-    let end_b = End { x: [&x.x[b.clone()], &x.y[b.clone()], &x.z[b.clone()]], d: [bu, bv, bw], w: &w[b] };
-    project(end_a, end_b, run.limit, pull);
+const APART: &str = "the two ends of a run do not overlap";
+
+struct Worst<'a> {
+    level: &'a Level,
+}
+
+impl WithSimd for Worst<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f32 {
+        let Level { x, d, rows, stride, across, up, diagonal, .. } = self.level;
+        let layout = Layout { rows: *rows, stride: *stride, across, up, diagonal };
+        let mut largest = simd.splat_f32s(0.0);
+        for row in 0..layout.rows {
+            for run in 0..RUNS {
+                if let Some(Run { a, b, limit }) = layout.run(row, run) {
+                    largest = worst(simd, x, d, [a, b], limit, largest);
+                }
+            }
+        }
+        simd.reduce_max_f32s(largest)
+    }
 }
 
 /// Runs that begin at a row: two along it, six to the next row.

@@ -4,11 +4,13 @@ mod kernels;
 mod level;
 mod transfer;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::Hierarchy;
 use crate::geometry::Vectors;
 use crate::model::{Lattice, Model};
 use crate::state::State;
-pub(super) use kernels::Pull;
+use kernels::Pull;
 use level::Level;
 use transfer::{coarsened, parents, prolong, sample, sampled};
 
@@ -44,7 +46,7 @@ struct Anchor {
 
 impl LatticeLevels {
     /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it.
-    pub fn new(model: &Model, lattice: &Lattice, delta: f32) -> Self {
+    pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32) -> Self {
         let at = |i: usize, j: usize| model.particles.rest.get(lattice.first + j * lattice.columns + i).as_dvec3();
         let mut columns: Vec<f64> = (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect();
         let mut rows: Vec<f64> = (0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect();
@@ -52,7 +54,7 @@ impl LatticeLevels {
         let mut weights: Vec<f64> = (lattice.first..lattice.first + columns.len() * rows.len()).map(weight).collect();
         let held: Vec<(usize, usize)> =
             (0..weights.len()).filter(|&p| weights[p] == 0.0).map(|p| (p % columns.len(), p / columns.len())).collect();
-        let stretch = 1.0 + f64::from(model.springs.strain_limit[first_spring(model, lattice.first)]);
+        let stretch = 1.0 + f64::from(strain_limit);
         let (finest_columns, finest_rows) = (columns.clone(), rows.clone());
         let mut levels: Vec<Level> = Vec::new();
         let mut anchors = Vec::new();
@@ -85,7 +87,8 @@ impl LatticeLevels {
         }
     }
 
-    fn sweep(&mut self, index: usize) {
+    #[inline(always)]
+    fn sweep<S: Simd>(&mut self, simd: S, index: usize) {
         let aim = 1.0 - self.delta;
         let pull = if index == 0 {
             // Not every spring that is a little over its aim is worth a pull, only half the way to its limit.
@@ -93,7 +96,7 @@ impl LatticeLevels {
         } else {
             Pull { trigger: aim, aim, part: COARSE_PART }
         };
-        self.levels[index].sweep(pull, self.backwards);
+        self.levels[index].sweep(simd, pull, self.backwards);
         self.backwards = !self.backwards;
         let (finest, coarse) = self.levels.split_at_mut(1);
         if let Some(level) = index.checked_sub(1).map(|index| &mut coarse[index]) {
@@ -140,23 +143,7 @@ impl Hierarchy for LatticeLevels {
     }
 
     fn cycle(&mut self, momentum: f32) {
-        extrapolate(&mut self.levels[0].d, &mut self.previous, momentum);
-        for index in 1..self.levels.len() {
-            let (fine, coarse) = self.levels.split_at_mut(index);
-            let mut d = std::mem::take(&mut coarse[0].d);
-            sample(&fine[index - 1], &coarse[0], &fine[index - 1].d, &mut d);
-            self.before[index].copy_from(&d);
-            coarse[0].d = d;
-        }
-        for index in (1..self.levels.len()).rev() {
-            let particles = self.levels[index].columns * self.levels[index].rows;
-            for _ in 0..if particles <= COARSEST { COARSEST_SWEEPS } else { 1 } {
-                self.sweep(index);
-            }
-            let (fine, coarse) = self.levels.split_at_mut(index);
-            prolong(&mut fine[index - 1], &coarse[0], &self.before[index], &mut self.gained);
-        }
-        self.sweep(0);
+        Arch::new().dispatch(Cycle { cloth: self, momentum });
     }
 
     fn worst(&self) -> f32 {
@@ -183,7 +170,40 @@ impl Hierarchy for LatticeLevels {
     }
 }
 
+/// One cycle, compiled for the vector registers that are there.
+struct Cycle<'a> {
+    cloth: &'a mut LatticeLevels,
+    momentum: f32,
+}
+
+impl WithSimd for Cycle<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let cloth = self.cloth;
+        extrapolate(&mut cloth.levels[0].d, &mut cloth.previous, self.momentum);
+        for index in 1..cloth.levels.len() {
+            let (fine, coarse) = cloth.levels.split_at_mut(index);
+            let mut d = std::mem::take(&mut coarse[0].d);
+            sample(&fine[index - 1], &coarse[0], &fine[index - 1].d, &mut d);
+            cloth.before[index].copy_from(&d);
+            coarse[0].d = d;
+        }
+        for index in (1..cloth.levels.len()).rev() {
+            let particles = cloth.levels[index].columns * cloth.levels[index].rows;
+            for _ in 0..if particles <= COARSEST { COARSEST_SWEEPS } else { 1 } {
+                cloth.sweep(simd, index);
+            }
+            let (fine, coarse) = cloth.levels.split_at_mut(index);
+            prolong(&mut fine[index - 1], &coarse[0], &cloth.before[index], &mut cloth.gained);
+        }
+        cloth.sweep(simd, 0);
+    }
+}
+
 /// d += momentum (d - previous), and the old d becomes the previous one.
+#[inline(always)]
 fn extrapolate(d: &mut Vectors, previous: &mut Vectors, momentum: f32) {
     for (d, previous) in [(&mut d.x, &mut previous.x), (&mut d.y, &mut previous.y), (&mut d.z, &mut previous.z)] {
         for (d, previous) in d.iter_mut().zip(previous) {
@@ -194,11 +214,6 @@ fn extrapolate(d: &mut Vectors, previous: &mut Vectors, momentum: f32) {
             *previous = now;
         }
     }
-}
-
-/// A spring of the cloth whose first particle is `first`: all type 1 springs of a cloth have one limit.
-fn first_spring(model: &Model, first: usize) -> usize {
-    model.springs.ends.iter().position(|ends| ends[0] as usize >= first).unwrap_or_default()
 }
 
 /// Inverse masses one level up: a coarse particle has the mass that it carries when its displacement is interpolated,

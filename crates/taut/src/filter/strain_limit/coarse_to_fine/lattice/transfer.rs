@@ -12,6 +12,7 @@ pub(super) fn coarsened(count: usize) -> usize {
 }
 
 /// The fine column (or row) that a coarse one samples, of `count` fine ones.
+#[inline(always)]
 pub(super) fn sampled(coarse: usize, count: usize) -> usize {
     (2 * coarse).min(count - 1)
 }
@@ -22,6 +23,7 @@ pub(super) fn parents(fine: usize, count: usize) -> [usize; 2] {
 }
 
 /// Copies the sampled values of a field from a fine level to a coarse one.
+#[inline(always)]
 pub(super) fn sample(fine: &Level, coarse: &Level, from: &Vectors, to: &mut Vectors) {
     for (from, to) in [(&from.x, &mut to.x), (&from.y, &mut to.y), (&from.z, &mut to.z)] {
         for row in 0..coarse.rows {
@@ -44,6 +46,7 @@ pub(super) fn sample(fine: &Level, coarse: &Level, from: &Vectors, to: &mut Vect
 
 /// Adds to the fine displacements what the coarse ones gained over `before`; what is held stays. `gained` is workspace
 /// for one coarse row.
+#[inline(always)]
 pub(super) fn prolong(fine: &mut Level, coarse: &Level, before: &Vectors, gained: &mut [f32]) {
     let (evens, odds) = (fine.columns.div_ceil(2), fine.columns / 2);
     for axis in 0..3 {
@@ -81,6 +84,7 @@ fn column(vectors: &Vectors, axis: usize) -> &[f32] {
 }
 
 /// The mean gain of two coarse rows, columns in order.
+#[inline(always)]
 fn gain_of_row(coarse: &Level, rows: [usize; 2], now: &[f32], before: &[f32], gained: &mut [f32]) {
     for odd in 0..2 {
         let count = (coarse.columns - odd).div_ceil(2);

@@ -1,0 +1,103 @@
+//! How far the springs of a cloth are stretched.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::geometry::Vectors;
+use crate::model::{ClothRange, Lattice, Model};
+
+/// What the type 1 springs of a cloth say.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Stretch {
+    /// Springs over their limit.
+    pub over: u32,
+    /// Largest |X_uv| / R, R = (1 + lambda) L; not a number if a particle of the cloth has no finite place.
+    pub worst: f32,
+}
+
+/// Measures all type 1 springs of a cloth at some positions.
+#[must_use]
+pub fn measure(model: &Model, cloth: &ClothRange, positions: &Vectors) -> Stretch {
+    let (over, square) = match cloth.lattice {
+        Some(lattice) => Arch::new().dispatch(OfLattice { lattice: &model.lattices[lattice], positions }),
+        None => cloth.springs.clone().fold((0, 0.0_f32), |(over, worst), spring| {
+            let ratio = ratio_squared(model, positions, spring);
+            (over + u32::from(ratio > 1.0), if ratio > worst || ratio.is_nan() { ratio } else { worst })
+        }),
+    };
+    Stretch { over, worst: square.sqrt() }
+}
+
+/// The spring of a cloth with the largest |X_uv| / R.
+#[must_use]
+pub fn worst_spring(model: &Model, cloth: &ClothRange, positions: &Vectors) -> Option<u32> {
+    let ratios = cloth.springs.clone().map(|spring| (spring as u32, ratio_squared(model, positions, spring)));
+    ratios.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(spring, _)| spring)
+}
+
+fn ratio_squared(model: &Model, positions: &Vectors, spring: usize) -> f32 {
+    let [u, v] = model.springs.ends[spring].map(|end| end as usize);
+    let limit = model.springs.greatest_length(spring);
+    (positions.get(v) - positions.get(u)).length_squared() / (limit * limit)
+}
+
+struct OfLattice<'a> {
+    lattice: &'a Lattice,
+    positions: &'a Vectors,
+}
+
+impl WithSimd for OfLattice<'_> {
+    /// Springs over their limit and the largest (|X_uv| / R)^2.
+    type Output = (u32, f32);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> (u32, f32) {
+        let Lattice { first, columns, rows, limits, .. } = *self.lattice;
+        let mut tally = Tally { over: simd.splat_f32s(0.0), worst: simd.splat_f32s(0.0), tail_over: 0, tail_worst: 0.0 };
+        for row in 0..rows {
+            let left = first + row * columns;
+            tally.run(simd, self.positions, [left, left + 1], columns - 1, limits[0]);
+            if row + 1 < rows {
+                tally.run(simd, self.positions, [left, left + columns], columns, limits[1]);
+                tally.run(simd, self.positions, [left, left + columns + 1], columns - 1, limits[2]);
+                tally.run(simd, self.positions, [left + 1, left + columns], columns - 1, limits[3]);
+            }
+        }
+        let worst = simd.reduce_max_f32s(tally.worst);
+        (
+            simd.reduce_sum_f32s(tally.over) as u32 + tally.tail_over,
+            if tally.tail_worst > worst { tally.tail_worst } else { worst },
+        )
+    }
+}
+
+/// Lane by lane, and for what is left over at the end of a run.
+struct Tally<S: Simd> {
+    over: S::f32s,
+    worst: S::f32s,
+    tail_over: u32,
+    tail_worst: f32,
+}
+
+impl<S: Simd> Tally<S> {
+    #[inline(always)]
+    fn run(&mut self, simd: S, positions: &Vectors, [a, b]: [usize; 2], len: usize, limit: f32) {
+        let inverse = 1.0 / (limit * limit);
+        let (factor, one, zero) = (simd.splat_f32s(inverse), simd.splat_f32s(1.0), simd.splat_f32s(0.0));
+        let columns = [&positions.x, &positions.y, &positions.z];
+        let [(ax, tail_ax), (ay, tail_ay), (az, tail_az)] = columns.map(|column| S::as_simd_f32s(&column[a..a + len]));
+        let [(bx, tail_bx), (by, tail_by), (bz, tail_bz)] = columns.map(|column| S::as_simd_f32s(&column[b..b + len]));
+        for i in 0..ax.len() {
+            let [x, y, z] = [simd.sub_f32s(bx[i], ax[i]), simd.sub_f32s(by[i], ay[i]), simd.sub_f32s(bz[i], az[i])];
+            let sum = simd.add_f32s(simd.mul_f32s(x, x), simd.mul_f32s(y, y));
+            let ratio = simd.mul_f32s(simd.add_f32s(sum, simd.mul_f32s(z, z)), factor);
+            self.worst = simd.max_f32s(self.worst, ratio);
+            self.over = simd.add_f32s(self.over, simd.select_f32s(simd.greater_than_f32s(ratio, one), one, zero));
+        }
+        for i in 0..tail_ax.len() {
+            let (x, y, z) = (tail_bx[i] - tail_ax[i], tail_by[i] - tail_ay[i], tail_bz[i] - tail_az[i]);
+            let ratio = (x * x + y * y + z * z) * inverse;
+            self.tail_worst = self.tail_worst.max(ratio);
+            self.tail_over += u32::from(ratio > 1.0);
+        }
+    }
+}
