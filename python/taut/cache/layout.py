@@ -55,6 +55,7 @@ DIAGNOSTICS: dict[str, str] = {
     "limited_steps": "int32",
     "limited_springs": "int64",
     "sweeps": "int64",
+    "cuts": "int32",
     "kinetic_energy": "float64",
     "elastic_energy": "float64",
     "potential_energy": "float64",

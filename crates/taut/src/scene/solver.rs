@@ -15,9 +15,9 @@ pub struct Solver {
     pub force_step: bool,
     /// How velocities and positions advance: "euler" (the paper's, velocity first).
     pub integrator: IntegratorKind,
-    /// What limits the stretch: "sweeps", "sequential" (the paper's steps 1 to 6 to the letter) or "none".
+    /// What limits the stretch: "coarse_to_fine" (no spring over its limit, ever), "sweeps", "sequential" (the paper's steps 1 to 6 to the letter) or "none".
     pub filter: FilterKind,
-    /// Most passes over the springs that "sweeps" makes in one step [1].
+    /// Most passes of "sweeps", or cycles of "coarse_to_fine", in one step [1].
     pub iterations: u32,
     /// "sweeps" stops early once no spring is over its limit by more than this fraction of it [1].
     pub tolerance: f64,
@@ -29,7 +29,7 @@ impl Default for Solver {
             substeps: Substeps::Auto,
             force_step: false,
             integrator: IntegratorKind::Euler,
-            filter: FilterKind::Sweeps,
+            filter: FilterKind::CoarseToFine,
             iterations: 200,
             tolerance: 1e-3,
         }

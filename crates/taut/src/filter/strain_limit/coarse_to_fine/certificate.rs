@@ -75,17 +75,17 @@ impl Certificate {
     }
 
     /// Largest t in [0, 1] such that Y + t (P - Y) keeps every spring within its limit, where Y is X moved with
-    /// `frame` and P the ends of the step. Springs over their limit at X already have no say.
+    /// `frame` and P the ends of the step. A spring that is over its limit at X already may not grow.
     pub fn admissible_part(&self, model: &Model, state: &State, ends: &Vectors) -> f32 {
         /// Rounding of the ends must not lead over the limit again.
         const MARGIN: f32 = 1.0 - 4e-5;
         let mut part = 1.0_f32;
         for spring in self.cloth.springs.clone() {
             let [u, v] = model.springs.ends[spring].map(|end| end as usize);
-            let limit = f64::from(model.springs.greatest_length(spring) * MARGIN);
             let x = (state.positions.get(v) - state.positions.get(u)).as_dvec3();
             let p = (ends.get(v) - ends.get(u)).as_dvec3();
-            if p.length_squared() <= limit * limit || x.length_squared() > limit * limit {
+            let limit = f64::from(model.springs.greatest_length(spring) * MARGIN).max(x.length());
+            if p.length_squared() <= limit * limit {
                 continue;
             }
             // |x + t (p - x)|^2 = limit^2

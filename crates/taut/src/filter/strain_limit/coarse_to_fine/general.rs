@@ -1,12 +1,10 @@
 //! Any mesh or network.
 
-use std::ops::Range;
-
 use super::Hierarchy;
 use crate::filter::strain_limit::coloured::{ColouredSprings, Pass};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
-use crate::state::State;
+use crate::state::{State, measure};
 
 /// Sweeps in a cycle.
 const SWEEPS: usize = 4;
@@ -14,13 +12,12 @@ const SWEEPS: usize = 4;
 /// The springs of one cloth by colour.
 pub(super) struct GeneralLevels {
     springs: ColouredSprings,
-    particles: Range<usize>,
+    cloth: ClothRange,
     aim: f32,
     step: f32,
     /// P = X + V h [m] and V [m/s], now and one cycle ago.
     now: [Vectors; 2],
     previous: [Vectors; 2],
-    worst: f32,
     backwards: bool,
     pool: Pool,
 }
@@ -31,12 +28,11 @@ impl GeneralLevels {
         let zeros = || [Vectors::zeros(model.particle_count()), Vectors::zeros(model.particle_count())];
         Self {
             springs: ColouredSprings::new(model, cloth.springs.clone()),
-            particles: cloth.particles(),
+            cloth: cloth.clone(),
             aim: 1.0 - delta,
             step: model.timing.step_length as f32,
             now: zeros(),
             previous: zeros(),
-            worst: 0.0,
             backwards: false,
             pool: Pool::new(1),
         }
@@ -46,7 +42,7 @@ impl GeneralLevels {
 impl Hierarchy for GeneralLevels {
     fn load(&mut self, _: &Model, state: &State) {
         let [ends, velocities] = &mut self.now;
-        for particle in self.particles.clone() {
+        for particle in self.cloth.particles() {
             let velocity = state.velocities.get(particle);
             velocities.set(particle, velocity);
             ends.set(particle, state.positions.get(particle) + velocity * self.step);
@@ -56,7 +52,7 @@ impl Hierarchy for GeneralLevels {
 
     fn cycle(&mut self, momentum: f32) {
         for (now, previous) in self.now.iter_mut().zip(&mut self.previous) {
-            for particle in self.particles.clone() {
+            for particle in self.cloth.particles() {
                 let value = now.get(particle);
                 if momentum > 0.0 {
                     now.set(particle, value + (value - previous.get(particle)) * momentum);
@@ -67,17 +63,17 @@ impl Hierarchy for GeneralLevels {
         let [ends, velocities] = &mut self.now;
         for _ in 0..SWEEPS {
             let pass = Pass { step: self.step, aim: self.aim, backwards: self.backwards };
-            self.worst = self.springs.sweep(ends, velocities, pass, &self.pool).worst.sqrt();
+            self.springs.sweep(ends, velocities, pass, &self.pool);
             self.backwards = !self.backwards;
         }
     }
 
-    fn worst(&self) -> f32 {
-        self.worst
+    fn worst(&self, model: &Model) -> f32 {
+        measure(model, &self.cloth, &self.now[0]).worst
     }
 
     fn store(&self, _: &Model, state: &mut State) {
-        for particle in self.particles.clone() {
+        for particle in self.cloth.particles() {
             state.velocities.set(particle, self.now[1].get(particle));
         }
     }

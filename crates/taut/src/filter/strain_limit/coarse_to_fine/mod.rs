@@ -25,9 +25,6 @@ const MOMENTUM: f32 = 0.75;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 
-/// The levels measure with less rounding than the integrator will have: they are asked for a little less than R.
-const ENOUGH: f32 = 1.0 - 2e-5;
-
 /// Levels of one cloth.
 trait Hierarchy: Send {
     /// Takes the proposed step from the state.
@@ -35,7 +32,7 @@ trait Hierarchy: Send {
     /// One pass over all levels, from the coarsest to the finest, after going on with `momentum`.
     fn cycle(&mut self, momentum: f32);
     /// The largest |P_uv| / R now.
-    fn worst(&self) -> f32;
+    fn worst(&self, model: &Model) -> f32;
     /// Gives the corrected step back as velocities.
     fn store(&self, model: &Model, state: &mut State);
 }
@@ -44,6 +41,8 @@ trait Hierarchy: Send {
 struct Unit {
     certificate: Certificate,
     levels: Box<dyn Hierarchy>,
+    /// Part of R below which the levels are done: the integrator will round the ends of the step once more.
+    enough: f32,
 }
 
 /// All cloths.
@@ -82,7 +81,8 @@ impl Unit {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
             None => Box::new(general::GeneralLevels::new(model, cloth, delta)),
         };
-        Some(Self { certificate: Certificate::new(cloth), levels })
+        let enough = 1.0 - rounding(model, cloth).clamp(2e-5, 0.5 * delta);
+        Some(Self { certificate: Certificate::new(cloth), levels, enough })
     }
 
     fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors) -> Limited {
@@ -96,10 +96,10 @@ impl Unit {
         let energy = frame.map(|frame| self.certificate.kinetic_energy(model, &state.velocities, frame));
         self.levels.load(model, state);
         let mut since_restart = 0;
-        while worst > ENOUGH && limited.sweeps < model.solver.iterations {
+        while worst > self.enough && limited.sweeps < model.solver.iterations {
             self.levels.cycle(if since_restart < 2 { 0.0 } else { MOMENTUM });
             limited.sweeps += 1;
-            let now = self.levels.worst();
+            let now = self.levels.worst(model);
             since_restart = if now > RESTART * worst { 0 } else { since_restart + 1 };
             worst = now;
         }
@@ -121,16 +121,26 @@ impl Unit {
 
     /// Measures the ends of the step and goes only as far as all springs allow. Returns whether it had to cut.
     fn cut(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>) -> bool {
-        // Rounding of the shortened step can ask for another round.
+        // Rounding of the shortened step can ask for another round; the last one stays where X is.
         const ROUNDS: usize = 4;
         for round in 0..ROUNDS {
             if self.certificate.measure(model, state, ends).worst <= 1.0 {
                 return round > 0;
             }
             let Some(frame) = frame else { break };
-            let part = self.certificate.admissible_part(model, state, ends);
-            self.certificate.slow_down(model, &mut state.velocities, frame, part.min(1.0 - 1e-6));
+            let part =
+                if round + 1 < ROUNDS { self.certificate.admissible_part(model, state, ends).min(1.0 - 1e-6) } else { 0.0 };
+            self.certificate.slow_down(model, &mut state.velocities, frame, part);
         }
         true
     }
+}
+
+/// What rounding its two ends to single precision can add to the shortest spring of a cloth, as a part of its length.
+fn rounding(model: &Model, cloth: &ClothRange) -> f32 {
+    let largest = |column: &[f32]| column[cloth.particles()].iter().fold(0.0, |largest: f32, value| largest.max(value.abs()));
+    let rest = &model.particles.rest;
+    let extent = largest(&rest.x).max(largest(&rest.y)).max(largest(&rest.z));
+    let shortest = model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest));
+    4.0 * f32::EPSILON * extent / shortest
 }

@@ -146,7 +146,7 @@ impl Hierarchy for LatticeLevels {
         Arch::new().dispatch(Cycle { cloth: self, momentum });
     }
 
-    fn worst(&self) -> f32 {
+    fn worst(&self, _: &Model) -> f32 {
         self.levels[0].worst().sqrt()
     }
 

@@ -1,0 +1,160 @@
+//! The coarse-to-fine filter: no spring over its limit after any step, whatever the scene; and no needless harm to the motion.
+#![allow(missing_docs)]
+
+mod common;
+
+use common::{Simulation, chain_links, network, scene_of};
+use glam::{DVec3, Vec3};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use taut::model::Model;
+use taut::state::State;
+
+/// More than rounding to single precision explains: what counts as over the limit.
+const ROUNDING: f64 = 1e-5;
+
+/// Largest |X_uv| / ((1 + lambda) L) by another route than the engine's: double precision, spring by spring.
+fn worst(model: &Model, state: &State) -> f64 {
+    let springs = &model.springs;
+    let ratio = |index: usize| {
+        let [u, v] = springs.ends[index].map(|end| state.positions.get(end as usize).as_dvec3());
+        u.distance(v) / (f64::from(springs.rest[index]) * (1.0 + f64::from(springs.strain_limit[index])))
+    };
+    (0..springs.type1).map(ratio).fold(0.0, f64::max)
+}
+
+fn sheet(cells: [u32; 2], strain_limit: f64, pins: Value) -> Value {
+    json!({
+        "grid": { "size": [1.0, f64::from(cells[1]) / f64::from(cells[0])], "cells": cells, "axes": ["x", "y"] },
+        "fabric": "nylon", "density": 0.2, "strain_limit": strain_limit, "pins": pins,
+    })
+}
+
+#[test]
+fn no_spring_is_over_its_limit_after_any_step() {
+    let corner = json!([{ "corner": "bottom-left" }]);
+    let odd_ones = json!([{ "vertices": [1] }, { "nearest": [0.9, 0.3, 0.0] }]);
+    for cells in [[1, 1], [2, 2], [3, 5], [1, 20], [20, 1], [12, 7], [32, 32], [33, 18]] {
+        for strain_limit in [0.01, 0.05, 0.10, 0.15] {
+            for (rate, wind) in [(30.0, 0.0), (60.0, 40.0), (1000.0, 12.0)] {
+                for pins in [&corner, &odd_ones] {
+                    let mut scene = scene_of(sheet(cells, strain_limit, pins.clone()), 1, "coarse_to_fine", 9.81);
+                    scene["fps"] = json!(rate);
+                    scene["solver"]["force_step"] = json!(true);
+                    scene["solver"]["iterations"] = json!(2000);
+                    // A step far over the bound of springs would blow up without a limit; without springs it is stable.
+                    scene["cloth"][0]["stiffness"] = json!(0.0);
+                    scene["cloth"][0]["damping"] = json!(0.0);
+                    scene["wind"] = json!({ "velocity": [wind, 0.2 * wind, 0.1 * wind], "gust": {} });
+                    let mut run = Simulation::new(&scene);
+                    for step in 0..40 {
+                        run.steps(1);
+                        let worst = worst(&run.model, &run.state);
+                        assert!(
+                            worst <= 1.0 + ROUNDING,
+                            "{cells:?}, {strain_limit}, {rate} Hz, {wind} m/s, step {step}: {worst}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_drop_follows_converged_sweeps_and_nothing_is_cut() {
+    let run = |filter: &str, iterations: u32| {
+        let mut scene = scene_of(sheet([32, 32], 0.1, json!([{ "corner": "bottom-left" }])), 16, filter, 9.81);
+        scene["solver"]["iterations"] = json!(iterations);
+        scene["solver"]["tolerance"] = json!(1e-4);
+        let mut run = Simulation::new(&scene);
+        let (mut path, mut cuts) = (Vec::new(), 0);
+        for _ in 0..36 {
+            cuts += run.steps(16).cuts;
+            let count = run.model.particle_count() as f64;
+            path.push(run.state.positions.iter().map(Vec3::as_dvec3).sum::<DVec3>() / count);
+        }
+        (path, cuts)
+    };
+    let ((path, cuts), (reference, _)) = (run("coarse_to_fine", 200), run("sweeps", 3000));
+    let apart = path.iter().zip(&reference).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+    assert_eq!(cuts, 0);
+    assert!(apart < 0.04, "the centres of mass part by {apart} m");
+}
+
+#[test]
+fn pins_torn_at_a_hundred_metres_per_second_leave_the_state_finite() {
+    let pins = json!([
+        { "edge": "left" },
+        { "edge": "right", "move": [[0.1, [0, 0, 0]], [0.105, [-0.5, 0, 0]], [0.11, [0, 0, 0]]] },
+    ]);
+    let mut run = Simulation::new(&scene_of(sheet([16, 16], 0.05, pins), 20, "coarse_to_fine", 9.81));
+    run.steps(400);
+    assert!(run.state.positions.iter().all(|position| position.is_finite() && position.length() < 10.0));
+    assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING);
+}
+
+#[test]
+fn a_free_sheet_and_a_free_dumbbell_keep_their_momentum() {
+    let dumbbell = network(&[[0.0; 3], [1.0, 0.0, 0.0]], &[[0, 1]], 0.1);
+    for cloth in [sheet([17, 12], 0.05, json!([])), dumbbell] {
+        let mut cloth = cloth;
+        cloth["air_drag"] = json!(0.0);
+        let mut run = Simulation::new(&scene_of(cloth, 24, "coarse_to_fine", 0.0));
+        for particle in 0..run.model.particle_count() {
+            let wave = (particle as f32 * 0.7).sin();
+            run.state.velocities.set(particle, Vec3::new(1.0 + 2.0 * wave, 0.3 * wave, wave));
+        }
+        let momentum = |run: &Simulation| {
+            let moving = run.state.velocities.iter().zip(&run.model.particles.mass);
+            moving.map(|(velocity, &mass)| velocity.as_dvec3() * f64::from(mass)).sum::<DVec3>()
+        };
+        let before = momentum(&run);
+        let summary = run.steps(24 * 600);
+        assert!(summary.limited_steps > 0);
+        let drift = (momentum(&run) - before).length() / before.length();
+        assert!(drift < 5e-6, "momentum drifts by {drift} in 10 s");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn the_filter_adds_no_kinetic_energy(cells in [1_u32..9, 1_u32..9], speed in 0.1_f32..20.0, seed: u32, pinned: bool) {
+        let pins = if pinned { json!([{ "corner": "top-left" }]) } else { json!([]) };
+        let mut cloth = sheet(cells, 0.05, pins);
+        for field in ["stiffness", "damping", "air_drag"] {
+            cloth[field] = json!(0.0);
+        }
+        let mut run = Simulation::new(&scene_of(cloth, 4, "coarse_to_fine", 0.0));
+        for particle in 0..run.model.particle_count() {
+            let noise = |salt: u32| (f64::from((particle as u32).wrapping_mul(7919).wrapping_add(seed).wrapping_add(salt)) * 0.618).sin() as f32;
+            run.state.velocities.set(particle, Vec3::new(noise(0), noise(1), noise(2)) * speed);
+        }
+        let mut energy = run.steps(0).last.kinetic_energy;
+        for _ in 0..8 {
+            let next = run.steps(1).last.kinetic_energy;
+            prop_assert!(next <= energy * (1.0 + 1e-4), "{energy} J grew to {next} J");
+            prop_assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING);
+            energy = next;
+        }
+    }
+}
+
+#[test]
+fn a_chain_keeps_its_length_and_swings() {
+    let links = 32;
+    let points: Vec<[f64; 3]> = (0..=links).map(|bead| [f64::from(bead) / f64::from(links), 0.0, 0.0]).collect();
+    let mut cloth = network(&points, &chain_links(links), 0.01);
+    cloth["strain_limit"] = json!(0.01);
+    cloth["pins"] = json!([{ "vertices": [0] }]);
+    let mut run = Simulation::new(&scene_of(cloth, 8, "coarse_to_fine", 9.81));
+    let mut lowest = 0.0_f32;
+    for _ in 0..480 {
+        run.steps(1);
+        assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING);
+        lowest = lowest.min(run.state.positions.z[32]);
+    }
+    assert!(lowest < -0.9, "the end of the chain falls to {lowest} m only");
+}
