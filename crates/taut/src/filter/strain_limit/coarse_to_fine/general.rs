@@ -50,7 +50,7 @@ impl Hierarchy for GeneralLevels {
         self.backwards = false;
     }
 
-    fn cycle(&mut self, momentum: f32) {
+    fn cycle(&mut self, model: &Model, momentum: f32, _: f32) -> f32 {
         for (now, previous) in self.now.iter_mut().zip(&mut self.previous) {
             for particle in self.cloth.particles() {
                 let value = now.get(particle);
@@ -66,9 +66,6 @@ impl Hierarchy for GeneralLevels {
             self.springs.sweep(ends, velocities, pass, &self.pool);
             self.backwards = !self.backwards;
         }
-    }
-
-    fn worst(&self, model: &Model) -> f32 {
         measure(model, &self.cloth, &self.now[0]).worst
     }
 

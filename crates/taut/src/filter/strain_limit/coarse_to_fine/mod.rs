@@ -29,10 +29,9 @@ const RESTART: f32 = 1.1;
 trait Hierarchy: Send {
     /// Takes the proposed step from the state.
     fn load(&mut self, model: &Model, state: &State);
-    /// One pass over all levels, from the coarsest to the finest, after going on with `momentum`.
-    fn cycle(&mut self, momentum: f32);
-    /// The largest |P_uv| / R now.
-    fn worst(&self, model: &Model) -> f32;
+    /// One pass over all levels, from the coarsest to the finest, after going on with `momentum`. Returns the largest
+    /// |P_uv| / R then; less than `enough` is not worth further work.
+    fn cycle(&mut self, model: &Model, momentum: f32, enough: f32) -> f32;
     /// Gives the corrected step back as velocities.
     fn store(&self, model: &Model, state: &mut State);
 }
@@ -97,9 +96,8 @@ impl Unit {
         self.levels.load(model, state);
         let mut since_restart = 0;
         while worst > self.enough && limited.sweeps < model.solver.iterations {
-            self.levels.cycle(if since_restart < 2 { 0.0 } else { MOMENTUM });
+            let now = self.levels.cycle(model, if since_restart < 2 { 0.0 } else { MOMENTUM }, self.enough);
             limited.sweeps += 1;
-            let now = self.levels.worst(model);
             since_restart = if now > RESTART * worst { 0 } else { since_restart + 1 };
             worst = now;
         }

@@ -71,26 +71,40 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], p
     }
 }
 
-/// Largest (|X_uv + D_uv| / R)^2, lane by lane, of `worst` and the run whose ends begin at `a` and `b`.
+/// Largest (|X_uv + D_uv| / R)^2, lane by lane, of `worst` and the run whose ends begin at `a` and `b`; calls `mark`
+/// with the number of each block in which it is over `enough`.
 #[inline(always)]
-pub(super) fn worst<S: Simd>(simd: S, x: &Vectors, d: &Vectors, [a, b]: [usize; 2], limit: &[f32], worst: S::f32s) -> S::f32s {
-    let limit_of = S::as_simd_f32s(limit).0;
+#[expect(clippy::too_many_arguments, reason = "inlined into one loop; a struct would only rename them")]
+pub(super) fn worst<S: Simd>(
+    simd: S,
+    x: &Vectors,
+    d: &Vectors,
+    [a, b]: [usize; 2],
+    limit: &[f32],
+    worst: S::f32s,
+    enough: f32,
+    mut mark: impl FnMut(usize),
+) -> S::f32s {
+    let run = |from: usize| from..from + limit.len();
+    let limit = lanes::<S>(limit);
+    let len = limit.len();
+    let [ax, ay, az] = [&x.x, &x.y, &x.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
+    let [bx, by, bz] = [&x.x, &x.y, &x.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
+    let [au, av, aw] = [&d.x, &d.y, &d.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
+    let [bu, bv, bw] = [&d.x, &d.y, &d.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
     let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
-    let [ax, ay, az] =
-        [lanes::<S>(&x.x[a..a + limit.len()]), lanes::<S>(&x.y[a..a + limit.len()]), lanes::<S>(&x.z[a..a + limit.len()])];
-    let [bx, by, bz] =
-        [lanes::<S>(&x.x[b..b + limit.len()]), lanes::<S>(&x.y[b..b + limit.len()]), lanes::<S>(&x.z[b..b + limit.len()])];
-    let [au, av, aw] =
-        [lanes::<S>(&d.x[a..a + limit.len()]), lanes::<S>(&d.y[a..a + limit.len()]), lanes::<S>(&d.z[a..a + limit.len()])];
-    let [bu, bv, bw] =
-        [lanes::<S>(&d.x[b..b + limit.len()]), lanes::<S>(&d.y[b..b + limit.len()]), lanes::<S>(&d.z[b..b + limit.len()])];
+    let enough = simd.splat_f32s(enough);
     let mut worst = worst;
-    for i in 0..limit_of.len() {
+    for i in 0..len {
         let x = add(sub(bx[i], ax[i]), sub(bu[i], au[i]));
         let y = add(sub(by[i], ay[i]), sub(bv[i], av[i]));
         let z = add(sub(bz[i], az[i]), sub(bw[i], aw[i]));
         let square = add(add(mul(x, x), mul(y, y)), mul(z, z));
-        worst = simd.max_f32s(worst, simd.div_f32s(square, mul(limit_of[i], limit_of[i])));
+        let ratio = simd.div_f32s(square, mul(limit[i], limit[i]));
+        worst = simd.max_f32s(worst, ratio);
+        if simd.first_true_m32s(simd.greater_than_f32s(ratio, enough)) < S::F32_LANES {
+            mark(i * S::F32_LANES / BLOCK);
+        }
     }
     worst
 }

@@ -3,9 +3,10 @@
 //! Each row is stored as its even columns and its odd columns apart. Neighbours along a row, across rows and along
 //! diagonals are then runs of consecutive particles that never meet twice, so that a whole run is projected at once.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Simd;
 
 use super::kernels::{BLOCK, End, Pull, project, worst};
+use super::tiles::Tiles;
 use crate::geometry::Vectors;
 
 /// A limit that no distance reaches, for the lanes that fill up a run; its square is still a number.
@@ -76,55 +77,61 @@ impl Level {
     /// One pass over all springs.
     #[inline(always)]
     pub fn sweep<S: Simd>(&mut self, simd: S, pull: Pull, backwards: bool) {
+        self.sweep_where(simd, pull, backwards, |_| (0, usize::MAX));
+    }
+
+    /// One pass over the springs in the tiles.
+    #[inline(always)]
+    pub fn sweep_tiles<S: Simd>(&mut self, simd: S, pull: Pull, backwards: bool, tiles: &Tiles) {
+        self.sweep_where(simd, pull, backwards, |row| tiles.of_row(row));
+    }
+
+    /// One pass over the springs in the blocks that `blocks` names for each row.
+    #[inline(always)]
+    fn sweep_where<S: Simd>(&mut self, simd: S, pull: Pull, backwards: bool, blocks: impl Fn(usize) -> (usize, usize)) {
         let Self { x, d, w, rows, stride, across, up, diagonal, .. } = self;
         let layout = Layout { rows: *rows, stride: *stride, across, up, diagonal };
         for step in 0..layout.rows {
             let row = if backwards { layout.rows - 1 - step } else { step };
+            let (from, to) = blocks(row);
             for run in 0..RUNS {
                 let run = if backwards { RUNS - 1 - run } else { run };
                 let Some(Run { a, b, limit }) = layout.run(row, run) else { continue };
-                let ends = [a..a + limit.len(), b..b + limit.len()];
+                let blocks = (from * BLOCK).min(limit.len())..to.saturating_mul(BLOCK).min(limit.len());
+                if blocks.is_empty() {
+                    continue;
+                }
+                let ends = [a + blocks.start..a + blocks.end, b + blocks.start..b + blocks.end];
                 let [au, bu] = d.x.get_disjoint_mut(ends.clone()).expect(APART);
                 let [av, bv] = d.y.get_disjoint_mut(ends.clone()).expect(APART);
                 let [aw, bw] = d.z.get_disjoint_mut(ends.clone()).expect(APART);
                 let [a, b] = ends;
                 let end_a = End { x: [&x.x[a.clone()], &x.y[a.clone()], &x.z[a.clone()]], d: [au, av, aw], w: &w[a] };
                 let end_b = End { x: [&x.x[b.clone()], &x.y[b.clone()], &x.z[b.clone()]], d: [bu, bv, bw], w: &w[b] };
-                project(simd, end_a, end_b, limit, pull);
+                project(simd, end_a, end_b, &limit[blocks], pull);
             }
         }
     }
 
-    /// Largest (|X_uv + D_uv| / R)^2 of all springs.
-    pub fn worst(&self) -> f32 {
-        Arch::new().dispatch(Worst { level: self })
-    }
-}
-
-const APART: &str = "the two ends of a run do not overlap";
-
-struct Worst<'a> {
-    level: &'a Level,
-}
-
-impl WithSimd for Worst<'_> {
-    type Output = f32;
-
+    /// Largest |X_uv + D_uv| / R of all springs; marks the tiles where it is over `enough`.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f32 {
-        let Level { x, d, rows, stride, across, up, diagonal, .. } = self.level;
+    pub fn measure<S: Simd>(&self, simd: S, enough: f32, tiles: &mut Tiles) -> f32 {
+        let Self { x, d, rows, stride, across, up, diagonal, .. } = self;
         let layout = Layout { rows: *rows, stride: *stride, across, up, diagonal };
+        tiles.clear();
         let mut largest = simd.splat_f32s(0.0);
         for row in 0..layout.rows {
             for run in 0..RUNS {
                 if let Some(Run { a, b, limit }) = layout.run(row, run) {
-                    largest = worst(simd, x, d, [a, b], limit, largest);
+                    largest = worst(simd, x, d, [a, b], limit, largest, enough * enough, |block| tiles.mark(row, block));
                 }
             }
         }
-        simd.reduce_max_f32s(largest)
+        simd.reduce_max_f32s(largest).sqrt()
     }
 }
+
+const APART: &str = "the two ends of a run do not overlap";
 
 /// Runs that begin at a row: two along it, six to the next row.
 const RUNS: usize = 8;

@@ -2,6 +2,7 @@
 
 mod kernels;
 mod level;
+mod tiles;
 mod transfer;
 
 use pulp::{Arch, Simd, WithSimd};
@@ -12,6 +13,7 @@ use crate::model::{Lattice, Model};
 use crate::state::State;
 use kernels::Pull;
 use level::Level;
+use tiles::Tiles;
 use transfer::{coarsened, parents, prolong, sample, sampled};
 
 /// Levels with at most this many particles are swept [`COARSEST_SWEEPS`] times: they cost nothing and carry the loads.
@@ -19,6 +21,9 @@ const COARSEST: usize = 81;
 const COARSEST_SWEEPS: usize = 3;
 /// Part of the way that coarse springs are pulled; the finer levels do the rest.
 const COARSE_PART: f32 = 0.8;
+/// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
+const LOCAL_SWEEPS: usize = 4;
+const LOCAL_ROUNDS: usize = 2;
 
 /// A grid's levels, finest first.
 pub(super) struct LatticeLevels {
@@ -29,6 +34,8 @@ pub(super) struct LatticeLevels {
     /// Displacements of the finest level one cycle ago.
     previous: Vectors,
     anchors: Vec<Vec<Anchor>>,
+    /// Where the finest level is still over its limit.
+    tiles: Tiles,
     /// A row of gains on the way from a coarse level to a finer one.
     gained: Vec<f32>,
     backwards: bool,
@@ -80,6 +87,7 @@ impl LatticeLevels {
             before: levels.iter().map(|level| Vectors::zeros(level.d.len())).collect(),
             previous: levels[0].d.clone(),
             gained: vec![0.0; levels[0].columns + 2],
+            tiles: Tiles::new(&levels[0]),
             levels,
             anchors,
             backwards: false,
@@ -87,15 +95,15 @@ impl LatticeLevels {
         }
     }
 
+    /// Not every spring that is a little over its aim is worth a pull: only those more than half the way to the limit.
+    fn finest_pull(&self) -> Pull {
+        Pull { trigger: 1.0 - 0.5 * self.delta, aim: 1.0 - self.delta, part: 1.0 }
+    }
+
     #[inline(always)]
     fn sweep<S: Simd>(&mut self, simd: S, index: usize) {
         let aim = 1.0 - self.delta;
-        let pull = if index == 0 {
-            // Not every spring that is a little over its aim is worth a pull, only half the way to its limit.
-            Pull { trigger: 1.0 - 0.5 * self.delta, aim, part: 1.0 }
-        } else {
-            Pull { trigger: aim, aim, part: COARSE_PART }
-        };
+        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: aim, aim, part: COARSE_PART } };
         self.levels[index].sweep(simd, pull, self.backwards);
         self.backwards = !self.backwards;
         let (finest, coarse) = self.levels.split_at_mut(1);
@@ -142,12 +150,8 @@ impl Hierarchy for LatticeLevels {
         self.backwards = false;
     }
 
-    fn cycle(&mut self, momentum: f32) {
-        Arch::new().dispatch(Cycle { cloth: self, momentum });
-    }
-
-    fn worst(&self, _: &Model) -> f32 {
-        self.levels[0].worst().sqrt()
+    fn cycle(&mut self, _: &Model, momentum: f32, enough: f32) -> f32 {
+        Arch::new().dispatch(Cycle { cloth: self, momentum, enough })
     }
 
     fn store(&self, model: &Model, state: &mut State) {
@@ -174,13 +178,14 @@ impl Hierarchy for LatticeLevels {
 struct Cycle<'a> {
     cloth: &'a mut LatticeLevels,
     momentum: f32,
+    enough: f32,
 }
 
 impl WithSimd for Cycle<'_> {
-    type Output = ();
+    type Output = f32;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) -> f32 {
         let cloth = self.cloth;
         extrapolate(&mut cloth.levels[0].d, &mut cloth.previous, self.momentum);
         for index in 1..cloth.levels.len() {
@@ -199,6 +204,20 @@ impl WithSimd for Cycle<'_> {
             prolong(&mut fine[index - 1], &coarse[0], &cloth.before[index], &mut cloth.gained);
         }
         cloth.sweep(simd, 0);
+        let mut worst = cloth.levels[0].measure(simd, self.enough, &mut cloth.tiles);
+        for _ in 0..LOCAL_ROUNDS {
+            if worst <= self.enough || !cloth.tiles.are_few() {
+                break;
+            }
+            cloth.tiles.widen();
+            let pull = cloth.finest_pull();
+            for _ in 0..LOCAL_SWEEPS {
+                cloth.levels[0].sweep_tiles(simd, pull, cloth.backwards, &cloth.tiles);
+                cloth.backwards = !cloth.backwards;
+            }
+            worst = cloth.levels[0].measure(simd, self.enough, &mut cloth.tiles);
+        }
+        worst
     }
 }
 
