@@ -13,6 +13,8 @@ from taut.formats import read_mesh, read_pc2
 ROOT = Path(__file__).resolve().parent.parent
 SCENES = sorted((ROOT / "scenes").glob("*.toml"))
 TAUT = Path(sys.executable).with_name("taut")
+ROUNDING = 1e-5
+"""How far rounding to single precision may seem to lead over a limit [1]."""
 
 
 def taut(*arguments: str | Path) -> None:
@@ -28,10 +30,25 @@ def stretches(cache: Path) -> np.ndarray:
     return np.array([(np.linalg.norm(x[v] - x[u], axis=1) / rest).max() - 1 for x in frames])
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.stem)
+def test_no_spring_of_a_shipped_scene_is_over_its_limit(scene, tmp_path):
+    cache = tmp_path / "cache.zarr"
+    taut("run", scene, "--out", cache, "--frames", "150", "--quiet")
+    group = zarr.open_group(cache, mode="r")
+    u, v = group["springs"][:].T
+    longest = group["rest_length"][:].astype(np.float64) * (1 + group["strain_limit"][:].astype(np.float64))
+    for frame in range(150):
+        x = group["positions"][frame].astype(np.float64)
+        assert (np.linalg.norm(x[v] - x[u], axis=1) / longest).max() <= 1 + ROUNDING, frame
+    between = group["diagnostics/worst_stretch_in_steps"][:].max()
+    assert between <= group["strain_limit"][:].max() + ROUNDING
+
+
 @pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.stem)
 def test_scene_runs_and_reports_what_its_frames_hold(scene, tmp_path):
     cache = tmp_path / "cache.zarr"
-    taut("run", scene, "--out", cache, "--frames", "20", "--quiet", "--set", "solver.iterations=20")
+    taut("run", scene, "--out", cache, "--frames", "20", "--quiet")
     group = zarr.open_group(cache, mode="r")
     assert group["positions"].shape[0] == 20
     assert np.isfinite(group["positions"][:]).all()
@@ -47,13 +64,14 @@ def test_scenes_cover_the_papers_experiments():
 
 def test_the_unconstrained_drop_over_stretches_and_the_constrained_one_does_not(tmp_path):
     worst = {}
-    for method in ("none", "sweeps"):
+    for method in ("none", "sweeps", "coarse_to_fine"):
         cache = tmp_path / f"{method}.zarr"
         settings = ("--set", f"solver.filter={method}")
         taut("run", "scenes/one-corner.toml", "--out", cache, "--frames", "60", "--quiet", *settings)
         worst[method] = stretches(cache).max()
     assert worst["none"] > 3.0  # [1], super-elasticity: over 300 %
     assert worst["sweeps"] < 0.12  # [1], the limit is 10 %; plain sweeps come near it, not below
+    assert worst["coarse_to_fine"] <= 0.1 + ROUNDING
 
 
 def test_moving_pins_follow_their_keyframes(tmp_path):
@@ -80,7 +98,7 @@ def test_a_users_mesh_comes_back_in_its_own_vertex_order(tmp_path):
     (tmp_path / "mine.obj").write_bytes(mesh.read_bytes())
     pins = "{ nearest = [-0.035, -0.083, 1.45] }, { nearest = [0.0, 0.09, 1.45] }"
     scene = tmp_path / "mine.toml"
-    scene.write_text(f'[[cloth]]\nmesh = "mine.obj"\npins = [{pins}]\n[solver]\niterations = 20\n')
+    scene.write_text(f'[[cloth]]\nmesh = "mine.obj"\npins = [{pins}]\n')
     cache = tmp_path / "mine.zarr"
     taut("run", scene, "--out", cache, "--frames", "10", "--quiet")
     taut("export", cache, "--to", "pc2", "--out", tmp_path / "mine.pc2")

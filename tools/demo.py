@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out"
 TAUT = Path(sys.executable).with_name("taut")
-RUNS = {"without": "none", "with": "sweeps"}
+RUNS = {"without": "none", "with": "coarse_to_fine"}
 
 
 def taut(*arguments: str | Path) -> None:

@@ -18,7 +18,7 @@ PICTURES = ROOT / "docs" / "pictures"
 TAUT = Path(sys.executable).with_name("taut")
 
 SCENES = ["flag", "flag-strong", "one-corner", "two-corners", "curtain", "cape"]
-METHODS = ["none", "sequential", "sweeps"]
+METHODS = ["none", "sequential", "sweeps", "coarse_to_fine"]
 STILLS = {"flag": "200", "one-corner": "60"}
 BEGIN, END = "<!-- figures: begin -->\n", "<!-- figures: end -->"
 
@@ -28,7 +28,7 @@ def run(scene: str, method: str) -> tuple[Path, dict[str, Any]]:
     cache = OUT / f"{scene}-{method}.zarr"
     settings = ["--set", f"solver.filter={method}"]
     if scene in STILLS:
-        words = "without the velocity constraint" if method == "none" else f"filter: {method}"
+        words = "without the velocity constraint" if method == "none" else "with it"
         settings += ["--set", f"title={scene.replace('-', ' ').capitalize()}, {words}"]
     subprocess.run(
         [TAUT, "run", f"scenes/{scene}.toml", "--out", cache, "--overwrite", "--quiet", *settings],
@@ -55,7 +55,7 @@ def main() -> None:
     for scene in SCENES:
         results = {method: run(scene, method) for method in METHODS}
         reports = [report for _, report in results.values()]
-        cells = [f"{100 * r['worst_stretch']:.1f} %, {r['ms_per_frame']:.1f} ms" for r in reports]
+        cells = [f"{100 * r['worst_stretch']:.2f} %, {r['ms_per_frame']:.1f} ms" for r in reports]
         limit = f"{100 * reports[0]['limit']:g} %"
         rows.append(
             f"| `scenes/{scene}.toml` | {reports[0]['vertices']} | {limit} | " + " | ".join(cells) + " |"

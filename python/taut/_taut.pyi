@@ -44,7 +44,7 @@ class Report(TypedDict):
     limited_springs: int
     """Springs found over their limit by the filter, summed over the steps."""
     sweeps: int
-    """Passes over the springs (coarse-to-fine: cycles over all levels) of the filter, summed over the steps."""
+    """Passes over the springs (or cycles over all levels) of the filter, summed over the steps."""
     cuts: int
     """Times that the certificate had to shorten the step of a cloth to keep its limit."""
     kinetic_energy: float

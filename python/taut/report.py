@@ -27,7 +27,7 @@ class Report:
     limited_springs: int
     """Springs that the filter found over their limit, summed over the steps [1]."""
     sweeps: int
-    """Passes over the springs (coarse-to-fine: cycles over all levels) of the filter, summed over the steps [1]."""
+    """Passes over the springs (or cycles over all levels) of the filter, summed over the steps [1]."""
     cuts: int
     """Times that the certificate had to shorten the step of a cloth to keep its limit [1]."""
     kinetic_energy: float

@@ -48,7 +48,7 @@ fn benches(criterion: &mut Criterion) {
     group.bench_function("health", |bench| {
         bench.iter(|| inspect(&model, black_box(&state), Limited::default(), &mut health, &pool))
     });
-    for filter in ["none", "sequential", "sweeps"] {
+    for filter in ["none", "sequential", "sweeps", "coarse_to_fine"] {
         let (model, start) = flag(filter, gusty.clone());
         let (mut state, mut work) = (start.clone(), Work::new(&model, 1));
         group.bench_function(format!("step, filter {filter}"), |bench| {

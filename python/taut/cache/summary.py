@@ -47,6 +47,8 @@ class Summary:
     """Largest stretch after any step, between frames too [1]."""
     limited_steps: int
     """Steps in which the filter changed a velocity [1]."""
+    cuts: int
+    """Times that the certificate had to shorten the step of a cloth to keep its limit [1]."""
     kinetic_energy: float
     """In the last frame [J]."""
     elastic_energy: float
@@ -90,6 +92,7 @@ def summarize(cache: Cache) -> Summary:
         worst_vertices=(ends[0], ends[1]) if ends else None,
         worst_stretch_in_steps=float(np.max(numbers["worst_stretch_in_steps"])),
         limited_steps=int(numbers["limited_steps"].sum()),
+        cuts=int(numbers["cuts"].sum()),
         kinetic_energy=float(numbers["kinetic_energy"][-1]),
         elastic_energy=float(numbers["elastic_energy"][-1]),
         potential_energy=float(numbers["potential_energy"][-1]),

@@ -14,7 +14,7 @@ def run_table(cache: Cache, summary: Summary) -> Rows:
         ("worst stretch", worst_stretch(cache, summary)),
         ("energy at the end", _energy(summary)),
         ("speed", _speed(summary)),
-        ("limited steps", f"{summary.limited_steps} of {(summary.frames - 1) * summary.substeps}"),
+        ("limited steps", _limited(summary)),
         ("state hash", summary.state_hash),
     ]
 
@@ -69,6 +69,11 @@ def _energy(summary: Summary) -> str:
         "potential": summary.potential_energy,
     }
     return ", ".join(f"{name} {value:.4g} J" for name, value in parts.items())
+
+
+def _limited(summary: Summary) -> str:
+    steps = f"{summary.limited_steps} of {(summary.frames - 1) * summary.substeps}"
+    return steps if summary.cuts == 0 else f"{steps}, {summary.cuts} shortened by the certificate"
 
 
 def _speed(summary: Summary) -> str:
