@@ -46,7 +46,9 @@ fn flag(cells: [u32; 2], filter: &str, wind: &str) -> Value {
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    for (filter, wind) in [("coarse_to_fine", "particle"), ("sweeps", "particle"), ("none", "triangle"), ("sequential", "particle")] {
+    for (filter, wind) in
+        [("coarse_to_fine", "particle"), ("sweeps", "particle"), ("none", "triangle"), ("sequential", "particle")]
+    {
         // Large enough that every parallel loop is handed out.
         let scene = flag([144, 96], filter, wind);
         let hashes: Vec<u64> = [1, 2, 3, 4, 8]

@@ -1,5 +1,6 @@
 //! A regular grid: levels of stride 2, all of it in vector registers.
 
+mod exchange;
 mod kernels;
 mod level;
 mod tiles;
@@ -11,6 +12,7 @@ use super::Hierarchy;
 use crate::geometry::Vectors;
 use crate::model::{Lattice, Model};
 use crate::state::State;
+use exchange::{Load, Store};
 use kernels::Pull;
 use level::Level;
 use tiles::Tiles;
@@ -123,24 +125,7 @@ impl LatticeLevels {
 impl Hierarchy for LatticeLevels {
     fn load(&mut self, model: &Model, state: &State) {
         let step = model.timing.step_length as f32;
-        let level = &mut self.levels[0];
-        for row in 0..level.rows {
-            for odd in 0..2 {
-                let (here, from) = (level.place(odd, row), self.first + row * level.columns);
-                let row = from + odd..from + level.columns;
-                let pairs = [
-                    (&state.positions.x, &state.velocities.x, &mut level.x.x, &mut level.d.x),
-                    (&state.positions.y, &state.velocities.y, &mut level.x.y, &mut level.d.y),
-                    (&state.positions.z, &state.velocities.z, &mut level.x.z, &mut level.d.z),
-                ];
-                for (positions, velocities, x, d) in pairs {
-                    let moving = positions[row.clone()].iter().zip(&velocities[row.clone()]).step_by(2);
-                    for ((x, d), (position, velocity)) in x[here..].iter_mut().zip(&mut d[here..]).zip(moving) {
-                        (*x, *d) = (*position, *velocity * step);
-                    }
-                }
-            }
-        }
+        Arch::new().dispatch(Load { level: &mut self.levels[0], first: self.first, state, step });
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
             let mut x = std::mem::take(&mut coarse[0].x);
@@ -156,21 +141,7 @@ impl Hierarchy for LatticeLevels {
 
     fn store(&self, model: &Model, state: &mut State) {
         let step = model.timing.step_length as f32;
-        let level = &self.levels[0];
-        for row in 0..level.rows {
-            for odd in 0..2 {
-                let (here, from) = (level.place(odd, row), self.first + row * level.columns);
-                let row = from + odd..from + level.columns;
-                let velocities = &mut state.velocities;
-                let pairs = [(&level.d.x, &mut velocities.x), (&level.d.y, &mut velocities.y), (&level.d.z, &mut velocities.z)];
-                for (d, velocities) in pairs {
-                    for (velocity, d) in velocities[row.clone()].iter_mut().step_by(2).zip(&d[here..]) {
-                        // What was not corrected keeps its velocity to the last bit.
-                        *velocity += (*d - *velocity * step) / step;
-                    }
-                }
-            }
-        }
+        Arch::new().dispatch(Store { level: &self.levels[0], first: self.first, state, step });
     }
 }
 
