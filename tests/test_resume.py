@@ -64,7 +64,7 @@ def test_another_scene_is_refused(copied: Path, flag: dict[str, Any]) -> None:
             record(simulation, copied, existing="resume")
 
     before = (copied / "zarr.json").read_bytes()
-    refused(["solver.filter=none"], r"scene.solver.filter is 'sweeps' in the cache and 'none' now")
+    refused(["solver.filter=none"], r"scene.solver.filter is 'coarse_to_fine' in the cache and 'none' now")
     refused(["wind.velocity=[8.0, 2, 0]"], r"scene.wind.velocity\[1\] is 1.5 in the cache and 2.0 now")
     refused(["cloth.flag.pins=[]"], r"scene.cloth\[0\].pins is \[.*\] in the cache and \[\] now")
     refused(["wind.gust.strength=0.3"], r"scene.wind.gust is not given in the cache and .* now")

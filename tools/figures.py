@@ -28,7 +28,7 @@ def run(scene: str, method: str) -> tuple[Path, dict[str, Any]]:
     cache = OUT / f"{scene}-{method}.zarr"
     settings = ["--set", f"solver.filter={method}"]
     if scene in STILLS:
-        words = "without the velocity constraint" if method == "none" else "with it"
+        words = f"{'without' if method == 'none' else 'with'} the velocity constraint"
         settings += ["--set", f"title={scene.replace('-', ' ').capitalize()}, {words}"]
     subprocess.run(
         [TAUT, "run", f"scenes/{scene}.toml", "--out", cache, "--overwrite", "--quiet", *settings],

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use taut::filter::Limited;
 use taut::forces::{Forces, accumulate};
 use taut::geometry::Pool;
-use taut::health::{Health, inspect};
+use taut::health::glance;
 use taut::model::Model;
 use taut::scene::Scene;
 use taut::state::State;
@@ -44,10 +44,7 @@ fn benches(criterion: &mut Criterion) {
         group.bench_function(name, |bench| bench.iter(|| accumulate(&model, black_box(&state), &mut forces, &pool)));
     }
     let (model, state) = flag("none", Value::Null);
-    let mut health = Health::new(&model);
-    group.bench_function("health", |bench| {
-        bench.iter(|| inspect(&model, black_box(&state), Limited::default(), &mut health, &pool))
-    });
+    group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), Limited::default())));
     for filter in ["none", "sequential", "sweeps", "coarse_to_fine"] {
         let (model, start) = flag(filter, gusty.clone());
         let (mut state, mut work) = (start.clone(), Work::new(&model, 1));

@@ -56,7 +56,8 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
             summary.add(report, model, state);
         }
         summary.last = inspect(model, state, work);
-        if count == 0 {
+        // The last state was glanced at with other roundings than it was examined with.
+        if count == 0 || summary.last.worst_stretch > summary.worst_stretch {
             (summary.worst_stretch, summary.worst_spring) = (summary.last.worst_stretch, summary.last.worst_spring);
         }
         Ok(summary)
