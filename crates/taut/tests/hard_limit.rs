@@ -158,3 +158,14 @@ fn a_chain_keeps_its_length_and_swings() {
     }
     assert!(lowest < -0.9, "the end of the chain falls to {lowest} m only");
 }
+
+#[test]
+fn the_smallest_limits_are_no_reason_to_panic() {
+    for strain_limit in [1e-3, 1e-5, 1e-9] {
+        let mut scene = scene_of(sheet([6, 4], strain_limit, json!([{ "corner": "top-left" }])), 40, "coarse_to_fine", 9.81);
+        scene["solver"]["iterations"] = json!(50);
+        let mut run = Simulation::new(&scene);
+        run.steps(40);
+        assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING, "{strain_limit}");
+    }
+}

@@ -80,7 +80,7 @@ impl Unit {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
             None => Box::new(general::GeneralLevels::new(model, cloth, delta)),
         };
-        let enough = 1.0 - rounding(model, cloth).clamp(2e-5, 0.5 * delta);
+        let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * delta);
         Some(Self { certificate: Certificate::new(cloth), levels, enough })
     }
 
