@@ -4,6 +4,7 @@ import csv
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -113,6 +114,8 @@ def test_a_row_says_what_happened_in_its_window() -> None:
 
 def test_a_row_ends_when_its_time_is_up() -> None:
     row = measure(Case("one-corner", 8, 0.05), Window(frames=40, seconds=1e-9, repeats=2))
+    assert replace(row, ms_per_frame=2.0, cpu_ms_per_frame=1.0).disturbed
+    assert not replace(row, ms_per_frame=2.0, cpu_ms_per_frame=1.95).disturbed
     assert (row.frames, row.repeats) == (1, 1)
     with pytest.raises(ValueError, match="frames"):
         measure(Case("one-corner", 8, 0.05), Window(frames=0))
@@ -135,6 +138,11 @@ def test_bench_prints_rows_and_keeps_them(taut: Command, tmp_path: Path) -> None
     kept = list((tmp_path / "history").iterdir())
     assert [path.name for path in kept] == [f"{this_machine().name}.csv"]
     assert kept[0].read_text() == (tmp_path / "rows.csv").read_text()
+
+
+def test_the_columns_are_explained() -> None:
+    explained = (ROOT / "benches" / "history" / "README.md").read_text()
+    assert [column for column in COLUMNS if f"`{column}`" not in explained] == []
 
 
 def test_bench_compares_with_the_last_run(taut: Command, tmp_path: Path) -> None:

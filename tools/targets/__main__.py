@@ -43,7 +43,7 @@ def main() -> None:
             file=sys.stderr,
             flush=True,
         )
-    table = markdown(rows)
+    table = markdown(rows, speed.disturbed())
     print(table, end="")
     if given.write:
         write(table)

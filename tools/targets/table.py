@@ -48,13 +48,14 @@ FULL = Effort()
 QUICK = Effort(divide=16, frames=5, seconds=1.0, steps=0.05)
 
 
-def markdown(rows: dict[str, Row]) -> str:
+def markdown(rows: dict[str, Row], disturbed: bool) -> str:
     """The table, and what it was measured on."""
     lines = ["| target | reached | met | `make targets ROW=` |", "|---|---|---|---|"]
     for name, row in rows.items():
         lines.append(f"| {row.target} | {row.reached} | {'yes' if row.met else '**no**'} | `{name}` |")
     machine = this_machine()
-    return "\n".join([*lines, "", f"taut {machine.version} {machine.revision} on {machine}."]) + "\n"
+    note = " The machine was busy with something else: times are too long." if disturbed else ""
+    return "\n".join([*lines, "", f"taut {machine.version} {machine.revision} on {machine}.{note}"]) + "\n"
 
 
 def write(table: str) -> None:

@@ -55,6 +55,8 @@ class Row:
     """Median of the frames [ms]."""
     ms_worst: float
     """Slowest frame [ms]."""
+    cpu_ms_per_frame: float
+    """Mean time on processors, that of all threads together [ms]."""
     ns_per_particle_frame: float
     """Mean time of a frame over the particles [ns]."""
     ns_per_particle_step: float
@@ -67,6 +69,11 @@ class Row:
     """One plain spring-force pass over the same cloth, one thread, median [ms]."""
     ratio: float
     """ms_per_frame / yardstick_ms [1]."""
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether something else kept the processor busy: one thread, and much of the time it did not run."""
+        return self.threads == 1 and self.ms_per_frame > 1.1 * self.cpu_ms_per_frame + 0.05
 
 
 COLUMNS = tuple(field.name for field in fields(Row))
@@ -104,6 +111,7 @@ class _Timing:
     """One pass over the frames."""
 
     ms: list[float]
+    cpu: float = 0.0
     cycles: int = 0
     cuts: int = 0
     worst_stretch: float = -1.0
@@ -112,9 +120,10 @@ class _Timing:
     def of(cls, simulation: Simulation, frames: int, seconds: float = np.inf) -> "_Timing":
         timing = cls([])
         while len(timing.ms) < frames and sum(timing.ms) < 1e3 * seconds:
-            start = time.perf_counter()
+            cpu, start = time.process_time(), time.perf_counter()
             report = simulation.step(simulation.substeps)
             timing.ms.append(1e3 * (time.perf_counter() - start))
+            timing.cpu += 1e3 * (time.process_time() - cpu)
             timing.cycles += report.sweeps
             timing.cuts += report.cuts
             timing.worst_stretch = max(timing.worst_stretch, report.worst_stretch_in_steps)
@@ -144,6 +153,7 @@ def _row(case: Case, simulation: Simulation, timings: list[_Timing], yardstick: 
         ms_per_frame=mean,
         ms_median=float(np.median(ms)),
         ms_worst=float(ms.max()),
+        cpu_ms_per_frame=float(np.median([timing.cpu for timing in timings])) / frames,
         ns_per_particle_frame=1e6 * mean / particles,
         ns_per_particle_step=1e6 * mean / particles / simulation.substeps,
         worst_stretch=timings[0].worst_stretch,

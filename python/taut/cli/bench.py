@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
-from taut.cli.console import BAD_INPUT, FAILED, expected_errors, fail
+from taut.cli.console import BAD_INPUT, FAILED, expected_errors, fail, warn
 
 if TYPE_CHECKING:
     from taut.bench import Case, Window
@@ -91,8 +91,10 @@ def _measure(
     past = None if folder is None else History.of(machine, folder)
     typer.echo(f"{machine}, taut {machine.version} {machine.revision}")
     typer.echo(_HEAD + ("  before" if compare else ""))
+    disturbed = 0
     for case in cases:
         row = measure(case, window)
+        disturbed += row.disturbed
         line = (
             f"{row.scene:11} {row.cells:5} {100 * row.strain_limit:4g} % {row.threads:8} {row.frames:7}"
             f" {row.steps_per_frame:6} {row.cycles_per_frame:7.1f} {row.ms_per_frame:10.2f}"
@@ -108,3 +110,5 @@ def _measure(
     kept = "not kept: there is no folder benches/history here" if past is None else f"kept in {past.path}"
     typer.echo("ms/frame: mean of the frames; yardstick: one plain spring-force pass on one thread;")
     typer.echo(f"ratio: frame / yardstick; {kept}")
+    if disturbed:
+        warn([f"{disturbed} rows of one thread took too long: something else kept the processor busy"])
