@@ -1,23 +1,16 @@
-//! Forces in, proposed velocities out; admissible velocities in, positions out.
-
-mod euler;
+//! Velocities in, positions out.
 
 use crate::geometry::{Pool, Vectors};
-use crate::model::Model;
-use crate::scene::IntegratorKind;
 use crate::state::State;
 
-/// Replaces the velocities by what the forces alone would make of them (V*).
-pub fn propose(model: &Model, state: &mut State, forces: &Vectors, pool: &Pool) {
-    match model.solver.integrator {
-        IntegratorKind::Euler => euler::propose(model, state, forces, pool),
-    }
+/// The paper's Euler method (section 3), velocity first (symplectic Euler in today's words):
+/// `X^(t+h) = X^t + V^(t+h) h`, printed with V on the left; see docs/equations.md.
+pub fn drift(positions: &mut Vectors, velocities: &Vectors, step: f32, pool: &Pool) {
+    positions.add_scaled(velocities, step, pool);
 }
 
-/// Moves the positions with the admissible velocities and counts the step.
-pub fn advance(model: &Model, state: &mut State, pool: &Pool) {
-    match model.solver.integrator {
-        IntegratorKind::Euler => euler::advance(model, state, pool),
-    }
+/// The step has been admitted: its ends are the new positions, and the old ones are its ends.
+pub fn advance(state: &mut State, ends: &mut Vectors) {
+    std::mem::swap(&mut state.positions, ends);
     state.steps += 1;
 }
