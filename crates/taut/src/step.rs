@@ -48,10 +48,10 @@ pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
         forces::external(model, state, forces, pool); // x, v -> a
         forces::damp(model, &mut state.velocities, forces, pool); // v -> v
         ends.copy_from(&state.positions);
-        let part = (model.timing.step_length / f64::from(model.timing.spring_steps)) as f32;
-        for _ in 0..model.timing.spring_steps {
-            forces::kick(model, ends, &mut state.velocities, part, forces, pool); // x*, a, v -> v*
-            integrate::drift(ends, &state.velocities, part, pool); // x* += h v*
+        for part in integrate::parts(&model.timing) {
+            integrate::drift(ends, &state.velocities, part.before, pool); // x* += v* h/2
+            forces::kick(model, ends, &mut state.velocities, part.kick, forces, pool); // x*, a, v -> v*
+            integrate::drift(ends, &state.velocities, part.after, pool); // x* += v* h/2
         }
         let limited = filter::apply(model, state, ends, filter, pool); // x*, v* -> admissible ones
         integrate::advance(state, ends); // x = x*

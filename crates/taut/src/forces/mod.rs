@@ -23,7 +23,7 @@ pub struct Forces {
     acceleration: Vectors,
     wind: wind::Wind,
     internal: Workspace,
-    /// The stage of the damping before the last one.
+    /// The stage of the damping before the last one [m/s].
     stage: Vectors,
 }
 
