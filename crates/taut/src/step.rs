@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::filter::{self, Filter};
 use crate::forces::{self, Forces};
-use crate::geometry::Pool;
+use crate::geometry::{Pool, Vectors};
 use crate::health::{self, Health, StateReport, StepReport};
 use crate::integrate;
 use crate::model::Model;
@@ -16,6 +16,8 @@ pub struct Work {
     filter: Filter,
     health: Health,
     pool: Arc<Pool>,
+    /// Where the step leads [m].
+    ends: Vectors,
 }
 
 impl Work {
@@ -27,6 +29,7 @@ impl Work {
             filter: Filter::new(model),
             health: Health::new(model),
             pool: Arc::new(Pool::new(threads)),
+            ends: Vectors::zeros(model.particle_count()),
         }
     }
 
@@ -39,12 +42,19 @@ impl Work {
 
 /// Advances by one step.
 pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
-    let Work { forces, filter, pool, .. } = work;
+    let Work { forces, filter, pool, ends, .. } = work;
     pool.install(|| {
-        forces::accumulate(model, state, forces, pool); // x, v -> f
-        integrate::propose(model, state, forces.total(), pool); // f -> v*
-        let limited = filter::apply(model, state, filter, pool); // v* -> v
-        integrate::advance(model, state, pool); // x += h v
+        filter::hold(model, state); // paths -> v of what is held
+        forces::external(model, state, forces, pool); // x, v -> a
+        forces::damp(model, &mut state.velocities, forces, pool); // v -> v
+        ends.copy_from(&state.positions);
+        for part in integrate::parts(&model.timing) {
+            integrate::drift(ends, &state.velocities, part.before, pool); // x* += v* h/2
+            forces::kick(model, ends, &mut state.velocities, part.kick, forces, pool); // x*, a, v -> v*
+            integrate::drift(ends, &state.velocities, part.after, pool); // x* += v* h/2
+        }
+        let limited = filter::apply(model, state, ends, filter, pool); // x*, v* -> admissible ones
+        integrate::advance(state, ends); // x = x*
         health::glance(model, state, limited)
     })
 }

@@ -1,11 +1,11 @@
-//! Proposed velocities in, admissible velocities out.
+//! A proposed step in, an admissible step out: velocities, and the ends to which they lead.
 //!
-//! First the pins take the velocity that their path asks for, then a strain limit makes the others fit.
+//! What is held goes where its path says; then a strain limit makes the rest fit.
 
 mod pins;
 mod strain_limit;
 
-use crate::geometry::Pool;
+use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::state::State;
 use strain_limit::StrainLimit;
@@ -34,8 +34,13 @@ impl Filter {
     }
 }
 
-/// Makes the velocities admissible.
-pub fn apply(model: &Model, state: &mut State, filter: &mut Filter, pool: &Pool) -> Limited {
-    pins::apply(model, state);
-    filter.strain_limit.apply(model, state, pool)
+/// Gives what is held the velocity that its path asks for in this step.
+pub fn hold(model: &Model, state: &mut State) {
+    pins::hold(model, state);
+}
+
+/// Makes the step admissible: its ends [m], and the velocities that lead there.
+pub fn apply(model: &Model, state: &mut State, ends: &mut Vectors, filter: &mut Filter, pool: &Pool) -> Limited {
+    pins::place(model, state, ends);
+    filter.strain_limit.apply(model, state, ends, pool)
 }

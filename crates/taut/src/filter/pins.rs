@@ -1,17 +1,31 @@
 //! Held particles go where their path says, whatever pulls at them.
 
+use glam::Vec3;
+
+use crate::geometry::Vectors;
 use crate::model::Model;
 use crate::state::State;
 
 /// Gives each held particle the velocity that takes it to its place at the end of the step.
-pub(super) fn apply(model: &Model, state: &mut State) {
-    let step = model.timing.step_length;
-    let end = (state.steps + 1) as f64 * step;
+pub(super) fn hold(model: &Model, state: &mut State) {
+    let step = model.timing.step_length as f32;
+    for_each(model, state.steps, |particle, end| {
+        let way = end - state.positions.get(particle);
+        state.velocities.set(particle, way / step);
+    });
+}
+
+/// Puts each held particle there.
+pub(super) fn place(model: &Model, state: &State, ends: &mut Vectors) {
+    for_each(model, state.steps, |particle, end| ends.set(particle, end));
+}
+
+/// Calls `work` with each held particle and its place at the end of the step [m].
+fn for_each(model: &Model, steps: u64, mut work: impl FnMut(usize, Vec3)) {
+    let end = (steps + 1) as f64 * model.timing.step_length;
     for group in &model.pins {
         for (index, &particle) in group.particles.iter().enumerate() {
-            let particle = particle as usize;
-            let way = group.position(index, end) - state.positions.get(particle);
-            state.velocities.set(particle, way / step as f32);
+            work(particle as usize, group.position(index, end));
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-/// `F_A = -M k_A V` [N].
+/// `F_A / M = -k_A V` [m/s^2].
 #[inline]
-pub(super) fn force(mass: f32, air_drag: f32, velocity: Vec3) -> Vec3 {
-    velocity * (-mass * air_drag)
+pub(super) fn acceleration(air_drag: f32, velocity: Vec3) -> Vec3 {
+    velocity * -air_drag
 }

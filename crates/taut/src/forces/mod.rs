@@ -1,13 +1,10 @@
-//! Positions and velocities in, forces out: F_INT + F_EXT of the paper (section 2).
+//! Positions and velocities in, accelerations and velocities out: F_INT + F_EXT of the paper (section 2).
 //!
-//! Each force is a kernel in a file of its own; this one adds them up, particle by particle, each particle gathering
-//! from its springs and panels in a fixed order.
+//! Each force is a kernel in a file of its own. What acts from outside is looked at once a step and gives an acceleration;
+//! springs and dampers, which are stiffer, change velocities in as many parts of the step as they need.
 
 mod air_drag;
-mod damping;
-mod gravity;
 mod internal;
-mod spring;
 mod wind;
 
 use glam::Vec3;
@@ -15,46 +12,75 @@ use glam::Vec3;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::state::State;
+use internal::{Damper, Hooke, Impulse, Workspace};
 
-pub use spring::elastic_energy;
+pub use internal::elastic_energy;
 
-/// Workspace and result.
+/// Workspace and results.
 #[derive(Debug)]
 pub struct Forces {
-    /// F on each particle [N]; zero on held ones.
-    total: Vectors,
+    /// F_EXT / M of each particle [m/s^2]; zero for held ones.
+    acceleration: Vectors,
     wind: wind::Wind,
+    internal: Workspace,
+    /// The stage of the damping before the last one [m/s].
+    stage: Vectors,
 }
 
 impl Forces {
     /// Workspace for a model.
     #[must_use]
     pub fn new(model: &Model) -> Self {
-        Self { total: Vectors::zeros(model.particle_count()), wind: wind::Wind::new(model) }
+        let zeros = || Vectors::zeros(model.particle_count());
+        Self { acceleration: zeros(), wind: wind::Wind::new(model), internal: Workspace::new(model), stage: zeros() }
     }
 
-    /// The forces that [`accumulate`] found [N].
+    /// What [`external`] found [m/s^2].
     #[must_use]
-    pub fn total(&self) -> &Vectors {
-        &self.total
+    pub fn acceleration(&self) -> &Vectors {
+        &self.acceleration
     }
 }
 
-/// Adds up all forces.
-pub fn accumulate(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) {
+/// Gravity, drag and wind: F_EXT / M.
+pub fn external(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) {
     forces.wind.prepare(model, state, pool);
-    let wind = &forces.wind;
-    forces.total.for_each_chunk(pool, |mut chunk| {
-        internal::fill(model, state, &mut chunk);
-        chunk.map(|particle, internal| {
-            if model.particles.inverse_mass[particle] == 0.0 {
+    let (wind, particles) = (&forces.wind, &model.particles);
+    forces.acceleration.for_each_chunk(pool, |chunk| {
+        chunk.map(|particle, _| {
+            let weight = particles.inverse_mass[particle];
+            if weight == 0.0 {
                 return Vec3::ZERO;
             }
-            let (mass, velocity) = (model.particles.mass[particle], state.velocities.get(particle));
-            internal
-                + gravity::force(mass, model.gravity)
-                + air_drag::force(mass, model.particles.air_drag[particle], velocity)
-                + wind.on_particle(model, particle)
+            model.gravity
+                + air_drag::acceleration(particles.air_drag[particle], state.velocities.get(particle))
+                + wind.on_particle(model, particle) * weight
         });
     });
+}
+
+/// Springs and [`external`] forces over `step` seconds: `V += (F_s / M + F_EXT / M) h`.
+pub fn kick(model: &Model, positions: &Vectors, velocities: &mut Vectors, step: f32, forces: &mut Forces, pool: &Pool) {
+    let Forces { acceleration, internal, .. } = forces;
+    let impulse = Impulse { field: positions, other: acceleration, out: velocities, keep: 1.0, add: step, scale: step };
+    impulse.apply(Hooke, model, internal, pool);
+}
+
+/// Dampers over a whole step: `V += F_D / M h` if one stage is stable, or as many stages of a Runge-Kutta-Legendre method
+/// as make it stable (Meyer, Balsara & Aslam 2012, first order: s stages are stable for (s^2 + s) / 2 times the step).
+pub fn damp(model: &Model, velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
+    let Forces { internal, stage, .. } = forces;
+    let stages = model.timing.damping_stages as f32;
+    let part = 2.0 / (stages * stages + stages) * model.timing.step_length as f32;
+    for number in 1..=model.timing.damping_stages {
+        if number == 1 {
+            stage.copy_from(velocities);
+        }
+        let j = number as f32;
+        let (keep, add) = if number == 1 { (1.0, 0.0) } else { ((1.0 - j) / j, (2.0 * j - 1.0) / j) };
+        let scale = if number == 1 { part } else { add * part };
+        let impulse = Impulse { field: velocities, other: velocities, out: stage, keep, add, scale };
+        impulse.apply(Damper, model, internal, pool);
+        std::mem::swap(velocities, stage);
+    }
 }

@@ -1,8 +1,10 @@
 //! Many 3-vectors as three arrays.
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use glam::Vec3;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::parallel::{CHUNK, Pool};
@@ -73,12 +75,51 @@ impl Vectors {
     /// Calls `work` for every chunk of [`CHUNK`] vectors, on the pool's threads where that pays.
     pub fn for_each_chunk(&mut self, pool: &Pool, work: impl Fn(VectorsChunk<'_>) + Sync) {
         let len = self.len();
-        if pool.pays_for(len) {
-            let chunks = self.x.par_chunks_mut(CHUNK).zip(self.y.par_chunks_mut(CHUNK)).zip(self.z.par_chunks_mut(CHUNK));
-            chunks.enumerate().for_each(|(chunk, ((x, y), z))| work(VectorsChunk { first: chunk * CHUNK, x, y, z }));
+        self.for_each_part(0..len, if pool.pays_for(len) { CHUNK } else { len.max(1) }, pool, work);
+    }
+
+    /// Calls `work` for every `length` vectors of a range, on the pool's threads where that pays.
+    pub fn for_each_part(&mut self, range: Range<usize>, length: usize, pool: &Pool, work: impl Fn(VectorsChunk<'_>) + Sync) {
+        let first = range.start;
+        let [x, y, z] = [&mut self.x, &mut self.y, &mut self.z].map(|column| &mut column[range.clone()]);
+        let each = |(index, ((x, y), z))| work(VectorsChunk { first: first + index * length, x, y, z });
+        if pool.pays_for(range.len()) {
+            x.par_chunks_mut(length).zip(y.par_chunks_mut(length)).zip(z.par_chunks_mut(length)).enumerate().for_each(each);
         } else {
-            work(VectorsChunk { first: 0, x: &mut self.x, y: &mut self.y, z: &mut self.z });
+            x.chunks_mut(length).zip(y.chunks_mut(length)).zip(z.chunks_mut(length)).enumerate().for_each(each);
         }
+    }
+
+    /// As [`Self::for_each_part`], each part with a workspace of its own.
+    pub fn for_each_band<T: Send>(
+        &mut self,
+        range: Range<usize>,
+        length: usize,
+        workspaces: &mut [T],
+        pool: &Pool,
+        work: impl Fn(VectorsChunk<'_>, &mut T) + Sync,
+    ) {
+        let first = range.start;
+        let [x, y, z] = [&mut self.x, &mut self.y, &mut self.z].map(|column| &mut column[range.clone()]);
+        let each = |(index, (((x, y), z), workspace))| work(VectorsChunk { first: first + index * length, x, y, z }, workspace);
+        if pool.pays_for(range.len()) {
+            let parts = x.par_chunks_mut(length).zip(y.par_chunks_mut(length)).zip(z.par_chunks_mut(length));
+            parts.zip(workspaces).enumerate().for_each(each);
+        } else {
+            let parts = x.chunks_mut(length).zip(y.chunks_mut(length)).zip(z.chunks_mut(length));
+            parts.zip(workspaces).enumerate().for_each(each);
+        }
+    }
+
+    /// Adds `factor` times other vectors.
+    pub fn add_scaled(&mut self, other: &Self, factor: f32, pool: &Pool) {
+        self.for_each_chunk(pool, |chunk| {
+            let run = chunk.first..chunk.first + chunk.x.len();
+            let others = [&other.x[run.clone()], &other.y[run.clone()], &other.z[run]];
+            for (column, other) in [chunk.x, chunk.y, chunk.z].into_iter().zip(others) {
+                Arch::new().dispatch(AddScaled { column, other, factor });
+            }
+        });
     }
 
     /// Access from several threads that promise to touch different vectors.
@@ -90,6 +131,21 @@ impl Vectors {
             len: self.len(),
             owner: PhantomData,
         }
+    }
+}
+
+struct AddScaled<'a> {
+    column: &'a mut [f32],
+    other: &'a [f32],
+    factor: f32,
+}
+
+impl WithSimd for AddScaled<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.column.iter_mut().zip(self.other).for_each(|(value, other)| *value += other * self.factor);
     }
 }
 
@@ -118,6 +174,27 @@ pub struct VectorsChunk<'a> {
 }
 
 impl VectorsChunk<'_> {
+    /// The vector of an index that lies in the run.
+    ///
+    /// # Panics
+    /// If it does not.
+    #[inline]
+    #[must_use]
+    pub fn get(&self, index: usize) -> Vec3 {
+        let place = index - self.first;
+        Vec3::new(self.x[place], self.y[place], self.z[place])
+    }
+
+    /// Replaces the vector of an index that lies in the run.
+    ///
+    /// # Panics
+    /// If it does not.
+    #[inline]
+    pub fn set(&mut self, index: usize, value: Vec3) {
+        let place = index - self.first;
+        (self.x[place], self.y[place], self.z[place]) = (value.x, value.y, value.z);
+    }
+
     /// Replaces each vector by `value(index, old)`.
     #[inline]
     pub fn map(self, mut value: impl FnMut(usize, Vec3) -> Vec3) {

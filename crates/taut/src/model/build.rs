@@ -7,11 +7,12 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Air, ClothRange, Lattice, Link, MeshData, Model, Panels, Particles, PinGroup, SpringKind, Springs, Timing, grid,
-    mesh, network, pins, reach, step_bound,
+    Adjacency, Air, ClothRange, Lattice, Link, MeshData, Model, Panels, Particles, PinGroup, SpringKind, Springs, grid, mesh,
+    network, pins, reach,
+    timing::{self, Rates},
 };
 use crate::geometry::Vectors;
-use crate::scene::{Cloth, PointMass, Scene, SceneError, Source, Substeps};
+use crate::scene::{Cloth, PointMass, Scene, SceneError, Source};
 
 /// Particle and spring numbers are 32 bits wide.
 const MOST_PARTICLES: usize = i32::MAX as usize;
@@ -132,7 +133,7 @@ impl Assembly {
         }));
         let (name, count) = (cloth.name.clone(), part.points.len());
         // Springs and lattice are known when all cloths are there.
-        self.cloths.push(ClothRange { name, first, count, springs: 0..0, lattice: None });
+        self.cloths.push(ClothRange { name, first, count, springs: 0..0, linked: false, lattice: None });
         Ok(())
     }
 
@@ -149,16 +150,9 @@ impl Assembly {
         reach::check(&self.pins, &springs, count)?;
         let air = scene.wind.as_ref().map(Air::new);
         let wind = air.as_ref().map_or(0.0, |air| f64::from(air.density) * air.greatest_speed * self.wind_rate);
-        let bound = step_bound::bound(&self.particles, &springs, self.drag_rate + wind);
-        let timing = timing(scene, bound)?;
-        let links = (0..springs.len()).flat_map(|index| {
-            let [a, b] = springs.ends[index];
-            let (rest, stiffness, damping) = (springs.rest[index], springs.stiffness[index], springs.damping[index]);
-            [(a, b), (b, a)].map(|(here, other)| (here, Link { other, rest, stiffness, damping }))
-        });
+        let timing = timing::timing(scene, Rates::new(&self.particles, &springs, self.drag_rate + wind))?;
         let around =
             (0..).zip(&self.panels).flat_map(|(index, panel)| panel.distinct().iter().map(move |&corner| (corner, index)));
-        let links = Adjacency::new(count, links);
         let mut lattices = Vec::new();
         let mut next = 0;
         for (cloth, range) in scene.cloth.iter().zip(&mut self.cloths) {
@@ -166,11 +160,20 @@ impl Assembly {
             let of_cloth = springs.ends[next..springs.type1].iter().take_while(|ends| particles.contains(&(ends[0] as usize)));
             range.springs = next..next + of_cloth.count();
             next = range.springs.end;
-            if let Some(lattice) = cloth.grid.as_ref().and_then(|grid| Lattice::new(grid, range, &springs, &links)) {
+            if let Some(lattice) = cloth.grid.as_ref().and_then(|grid| Lattice::new(grid, range, &springs)) {
                 range.lattice = Some(lattices.len());
                 lattices.push(lattice);
             }
+            range.linked = range.lattice.is_none() || cloth.flexion_stiffness > 0.0;
         }
+        let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
+        let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();
+        let both_ways = listed.iter().flat_map(|&index| {
+            let [a, b] = springs.ends[index];
+            let (rest, stiffness, damping) = (springs.rest[index], springs.stiffness[index], springs.damping[index]);
+            [(a, b), (b, a)].map(|(here, other)| (here, Link { other, rest, stiffness, damping }))
+        });
+        let links = Adjacency::new(count, both_ways);
         Ok(Model {
             lattices,
             links,
@@ -204,34 +207,6 @@ fn arrays(list: &[Spring]) -> Springs {
         strain_limit: list.iter().map(|spring| spring.strain_limit as f32).collect(),
         type1: list.iter().filter(|spring| spring.kind.is_type1()).count(),
     }
-}
-
-/// The step: chosen, or checked against its bound.
-fn timing(scene: &Scene, bound: f64) -> Result<Timing, SceneError> {
-    let frame = 1.0 / scene.fps;
-    let enough = (frame / (step_bound::SAFETY * bound)).ceil().max(1.0);
-    let substeps = match scene.solver.substeps {
-        Substeps::Auto if enough > 100_000.0 => {
-            let problem =
-                format!("\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness or damping");
-            return Err(SceneError::at("solver.substeps", problem));
-        }
-        Substeps::Auto => enough as u32,
-        Substeps::Count(count) => {
-            let step = frame / f64::from(count);
-            if step > bound && !scene.solver.force_step {
-                let problem = format!(
-                    "the step of {:.4} ms is over the stability bound of {:.4} ms (springs, damping, drag and wind); \
-                     use at least {enough}, or \"auto\", or set solver.force_step = true",
-                    step * 1e3,
-                    bound * 1e3
-                );
-                return Err(SceneError::with_value("solver.substeps", count, problem));
-            }
-            count
-        }
-    };
-    Ok(Timing { substeps, step_length: frame / f64::from(substeps), bound })
 }
 
 /// Hash of the scene and of the geometry it led to.

@@ -1,6 +1,6 @@
 //! Regular grids: neighbours by arithmetic instead of by list.
 
-use super::{Adjacency, ClothRange, Link, Springs};
+use super::{ClothRange, Springs};
 use crate::scene::Grid;
 
 /// A regular grid among the cloths; particle `(i, j)` (column, row) has number `first + j * columns + i`.
@@ -12,52 +12,75 @@ pub struct Lattice {
     pub columns: usize,
     /// Rows.
     pub rows: usize,
-    /// The springs of each particle that is not on the border, all alike.
-    pub stencil: [Stencil; 8],
+    /// Springs along the bottom row, along a row inside and along the top row.
+    pub along: [SpringRun; 3],
+    /// Springs from a row to the next one: straight up, up to the right, up to the left.
+    pub upward: [SpringRun; 3],
     /// Greatest lengths of all springs to the right, up, up-right and up-left, the least of each kind [m].
     pub limits: [f32; 4],
 }
 
-/// A spring from a particle to a neighbour in a fixed direction.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Stencil {
-    /// The neighbour's number less the particle's own.
-    pub offset: isize,
-    /// L [m].
-    pub rest: f32,
+/// The constants of springs that stand side by side, from left to right.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SpringRun {
     /// k_s [N/m].
-    pub stiffness: f32,
+    pub stiffness: Vec<f32>,
+    /// k_s L [N].
+    pub stiffness_rest: Vec<f32>,
     /// k_D [kg/s].
-    pub damping: f32,
+    pub damping: Vec<f32>,
 }
 
 impl Lattice {
-    /// The lattice of a grid, if it has an interior; `links_of` gives the springs of a particle.
+    /// The lattice of a grid, if it is at least three particles wide and high.
     ///
-    /// The stencil is read off one interior particle, so that it cannot differ from the springs themselves.
-    pub(super) fn new(grid: &Grid, cloth: &ClothRange, springs: &Springs, links: &Adjacency<Link>) -> Option<Self> {
+    /// The constants are read off the springs, so that they cannot differ from them.
+    pub(super) fn new(grid: &Grid, cloth: &ClothRange, springs: &Springs) -> Option<Self> {
         let first = cloth.first;
         let [columns, rows] = grid.cells.map(|cells| cells as usize + 1);
         if columns < 3 || rows < 3 {
             return None;
         }
-        let middle = first + columns + 1;
-        let mut stencil = [Stencil::default(); 8];
-        let links = links.of(middle);
-        if links.len() != stencil.len() {
-            return None; // Type 2 springs reach further.
+        let mut lattice =
+            Self { first, columns, rows, along: Default::default(), upward: Default::default(), limits: [f32::INFINITY; 4] };
+        let [bottom, inside, top] = &mut lattice.along;
+        let [up, right, left] = &mut lattice.upward;
+        for spring in cloth.springs.clone() {
+            let [a, b] = springs.ends[spring].map(|end| end as usize - first);
+            let row = a / columns;
+            let (kind, run, of_run) = match b - a {
+                1 if row == 0 => (0, &mut *bottom, true),
+                1 if row + 1 == rows => (0, &mut *top, true),
+                1 => (0, &mut *inside, row == 1),
+                offset if offset == columns => (1, &mut *up, row == 0),
+                offset if offset == columns + 1 => (2, &mut *right, row == 0),
+                _ => (3, &mut *left, row == 0),
+            };
+            let limit = &mut lattice.limits[kind];
+            *limit = limit.min(springs.greatest_length(spring));
+            if of_run {
+                run.push(springs, spring);
+            }
         }
-        for (place, link) in stencil.iter_mut().zip(links) {
-            let offset = link.other as isize - middle as isize;
-            *place = Stencil { offset, rest: link.rest, stiffness: link.stiffness, damping: link.damping };
+        Some(lattice)
+    }
+
+    /// The springs along a row.
+    #[must_use]
+    pub fn along_row(&self, row: usize) -> &SpringRun {
+        let [bottom, inside, top] = &self.along;
+        match row {
+            0 => bottom,
+            row if row + 1 == self.rows => top,
+            _ => inside,
         }
-        let limits = [1, columns, columns + 1, columns - 1].map(|offset| {
-            let kind = cloth.springs.clone().filter(|&spring| {
-                let [u, v] = springs.ends[spring];
-                u.abs_diff(v) as usize == offset
-            });
-            kind.map(|spring| springs.greatest_length(spring)).fold(f32::INFINITY, f32::min)
-        });
-        Some(Self { first, columns, rows, stencil, limits })
+    }
+}
+
+impl SpringRun {
+    fn push(&mut self, springs: &Springs, spring: usize) {
+        self.stiffness.push(springs.stiffness[spring]);
+        self.stiffness_rest.push(springs.stiffness[spring] * springs.rest[spring]);
+        self.damping.push(springs.damping[spring]);
     }
 }

@@ -11,7 +11,7 @@ mod part;
 mod pins;
 mod reach;
 mod springs;
-mod step_bound;
+mod timing;
 mod winding;
 
 use std::ops::Range;
@@ -20,7 +20,7 @@ use glam::Vec3;
 
 pub use adjacency::Adjacency;
 pub use air::{Air, Wave};
-pub use lattice::{Lattice, Stencil};
+pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use pins::PinGroup;
 pub use springs::{SpringKind, Springs};
@@ -37,7 +37,7 @@ pub struct Model {
     pub particles: Particles,
     /// The springs of all cloths.
     pub springs: Springs,
-    /// What pulls at each particle.
+    /// The springs of each particle that are not in a lattice.
     pub links: Adjacency<Link>,
     /// The triangles of all cloths, as they are shown: particles counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
@@ -72,6 +72,8 @@ pub struct ClothRange {
     pub count: usize,
     /// Its type 1 springs.
     pub springs: Range<usize>,
+    /// Whether its particles have springs that are not in a lattice.
+    pub linked: bool,
     /// Which of the model's lattices it is, if it is a grid.
     pub lattice: Option<usize>,
 }
@@ -131,6 +133,12 @@ pub struct Timing {
     pub substeps: u32,
     /// h [s].
     pub step_length: f64,
+    /// Whether springs and dampers may go shorter steps than the filter.
+    pub divided: bool,
+    /// Equal parts of a step in which springs are followed before the filter looks at where they lead.
+    pub spring_steps: u32,
+    /// Stages of the damping of a step.
+    pub damping_stages: u32,
     /// Largest stable step [s]; infinite if nothing acts.
     pub bound: f64,
 }

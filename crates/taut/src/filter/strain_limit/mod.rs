@@ -9,15 +9,16 @@ mod sequential;
 mod sweeps;
 
 use super::Limited;
-use crate::geometry::Pool;
+use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::scene::FilterKind;
 use crate::state::State;
 
 /// A way to turn proposed velocities into admissible ones.
 pub(super) trait StrainLimit: Send {
-    /// Changes velocities so that `|X_uv + V_uv h| <= (1 + lambda) L`, as far as the method goes.
-    fn apply(&mut self, model: &Model, state: &mut State, pool: &Pool) -> Limited;
+    /// Changes the velocities of a state, and with them the ends of the step, so that no spring is longer than
+    /// `(1 + lambda) L` there, as far as the method goes.
+    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited;
 }
 
 /// The method that the model's solver asks for.

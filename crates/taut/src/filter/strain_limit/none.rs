@@ -2,7 +2,7 @@
 
 use super::StrainLimit;
 use crate::filter::Limited;
-use crate::geometry::Pool;
+use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::state::State;
 
@@ -10,7 +10,7 @@ use crate::state::State;
 pub(super) struct None;
 
 impl StrainLimit for None {
-    fn apply(&mut self, _: &Model, _: &mut State, _: &Pool) -> Limited {
+    fn apply(&mut self, _: &Model, _: &mut State, _: &mut Vectors, _: &Pool) -> Limited {
         Limited::default()
     }
 }

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use super::StrainLimit;
 use crate::filter::Limited;
-use crate::geometry::Pool;
+use crate::geometry::{Pool, Vectors};
 use crate::model::{Adjacency, Model};
 use crate::state::State;
 
@@ -72,7 +72,7 @@ fn breadth_first(model: &Model, neighbours: &Adjacency<(u32, u32)>) -> Vec<u32> 
 }
 
 impl StrainLimit for Sequential {
-    fn apply(&mut self, model: &Model, state: &mut State, _: &Pool) -> Limited {
+    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
         let step = model.timing.step_length as f32;
         let mut springs = 0;
         for &Visit { u, v, limit } in &self.walk {
@@ -93,6 +93,8 @@ impl StrainLimit for Sequential {
             }
             springs += 1;
         }
+        ends.copy_from(&state.positions);
+        ends.add_scaled(&state.velocities, step, pool);
         Limited { springs, sweeps: 1, cuts: 0 }
     }
 }

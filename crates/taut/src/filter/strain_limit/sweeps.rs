@@ -12,33 +12,25 @@ use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::state::State;
 
-/// The limited springs by colour, and P.
+/// The limited springs by colour.
 pub(super) struct Sweeps {
     springs: ColouredSprings,
-    /// P = X + V h [m].
-    ends_of_step: Vectors,
 }
 
 impl Sweeps {
     pub(super) fn new(model: &Model) -> Self {
-        Self {
-            springs: ColouredSprings::new(model, 0..model.springs.type1),
-            ends_of_step: Vectors::zeros(model.particle_count()),
-        }
+        Self { springs: ColouredSprings::new(model, 0..model.springs.type1) }
     }
 }
 
 impl StrainLimit for Sweeps {
-    fn apply(&mut self, model: &Model, state: &mut State, pool: &Pool) -> Limited {
+    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
         let step = model.timing.step_length as f32;
-        let (positions, velocities) = (&state.positions, &state.velocities);
-        self.ends_of_step
-            .for_each_chunk(pool, |chunk| chunk.map(|particle, _| positions.get(particle) + velocities.get(particle) * step));
         let allowed = (1.0 + model.solver.tolerance as f32).powi(2);
         let mut limited = Limited::default();
         while limited.sweeps < model.solver.iterations {
             let pass = Pass { step, aim: 1.0, backwards: limited.sweeps % 2 == 1 };
-            let found = self.springs.sweep(&mut self.ends_of_step, &mut state.velocities, pass, pool);
+            let found = self.springs.sweep(ends, &mut state.velocities, pass, pool);
             if limited.sweeps == 0 {
                 limited.springs = found.over;
             }

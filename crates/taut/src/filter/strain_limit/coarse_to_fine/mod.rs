@@ -3,20 +3,20 @@
 //! Sweeping springs one by one cannot carry a load across a fine mesh. Here every cloth has levels, each with fewer
 //! particles than the one before and with springs that never contradict the finer ones; a cycle corrects the coarsest
 //! level first and hands its displacements down. Cycles go on until every spring is within its limit; a certificate
-//! measures the very positions that the integrator will write (docs/equations.md, "Coarse to fine").
+//! measures the very positions that will be written (docs/equations.md, "Coarse to fine").
 
 mod certificate;
 mod general;
 mod lattice;
-
-use glam::Vec3;
+mod motion;
 
 use super::StrainLimit;
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
-use crate::state::State;
+use crate::state::{State, measure};
 use certificate::Certificate;
+use motion::Motion;
 
 /// How far below its limit R a corrected spring is aimed, as a part of the strain that R allows.
 const BACK_OFF: f32 = 0.2;
@@ -27,42 +27,42 @@ const RESTART: f32 = 1.1;
 
 /// Levels of one cloth.
 trait Hierarchy: Send {
-    /// Takes the proposed step from the state.
-    fn load(&mut self, model: &Model, state: &State);
+    /// Takes a proposed step: where it begins and where it ends [m].
+    fn load(&mut self, positions: &Vectors, ends: &Vectors);
     /// One pass over all levels, from the coarsest to the finest, after going on with `momentum`. Returns the largest
     /// |P_uv| / R then; less than `enough` is not worth further work.
-    fn cycle(&mut self, model: &Model, momentum: f32, enough: f32) -> f32;
-    /// Gives the corrected step back as velocities.
-    fn store(&self, model: &Model, state: &mut State);
+    fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> f32;
+    /// The displacements of all particles.
+    fn motion(&mut self) -> Motion<'_>;
+    /// Gives the corrected ends back, and adds the corrections over `step` seconds to the velocities.
+    fn store(&self, step: f32, positions: &Vectors, ends: &mut Vectors, velocities: &mut Vectors);
 }
 
 /// One cloth: its levels and its certificate.
 struct Unit {
+    cloth: ClothRange,
     certificate: Certificate,
     levels: Box<dyn Hierarchy>,
-    /// Part of R below which the levels are done: the integrator will round the ends of the step once more.
+    /// Part of R below which the levels are done: the ends of the step will be rounded once more.
     enough: f32,
 }
 
 /// All cloths.
 pub(super) struct CoarseToFine {
     units: Vec<Unit>,
-    /// X + V h, as the integrator will write it [m].
-    ends: Vectors,
 }
 
 impl CoarseToFine {
     pub(super) fn new(model: &Model) -> Self {
-        let units = model.cloths.iter().filter_map(|cloth| Unit::new(model, cloth)).collect();
-        Self { units, ends: Vectors::zeros(model.particle_count()) }
+        Self { units: model.cloths.iter().filter_map(|cloth| Unit::new(model, cloth)).collect() }
     }
 }
 
 impl StrainLimit for CoarseToFine {
-    fn apply(&mut self, model: &Model, state: &mut State, _: &Pool) -> Limited {
+    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
         let mut limited = Limited::default();
         for unit in &mut self.units {
-            let done = unit.apply(model, state, &mut self.ends);
+            let done = unit.apply(model, state, ends, pool);
             limited.springs += done.springs;
             limited.sweeps += done.sweeps;
             limited.cuts += done.cuts;
@@ -81,56 +81,37 @@ impl Unit {
             None => Box::new(general::GeneralLevels::new(model, cloth, delta)),
         };
         let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * delta);
-        Some(Self { certificate: Certificate::new(cloth), levels, enough })
+        Some(Self { cloth: cloth.clone(), certificate: Certificate::new(model, cloth), levels, enough })
     }
 
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors) -> Limited {
-        let proposed = self.certificate.measure(model, state, ends);
+    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
+        let proposed = measure(model, &self.cloth, ends);
         let mut limited = Limited { springs: proposed.over, ..Limited::default() };
         let mut worst = proposed.worst;
         if worst <= 1.0 || worst.is_nan() {
             return limited;
         }
-        let frame = self.certificate.rigid_velocity(model, state);
-        let energy = frame.map(|frame| self.certificate.kinetic_energy(model, &state.velocities, frame));
-        self.levels.load(model, state);
+        self.levels.load(&state.positions, ends);
+        let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
+        let energy = frame.map(|frame| self.levels.motion().energy(frame));
         let mut since_restart = 0;
         while worst > self.enough && limited.sweeps < model.solver.iterations {
-            let now = self.levels.cycle(model, if since_restart < 2 { 0.0 } else { MOMENTUM }, self.enough);
+            let now = self.levels.cycle(if since_restart < 2 { 0.0 } else { MOMENTUM }, self.enough, pool);
             limited.sweeps += 1;
             since_restart = if now > RESTART * worst { 0 } else { since_restart + 1 };
             worst = now;
         }
-        self.levels.store(model, state);
-        if let (Some(frame), Some(energy)) = (frame, energy) {
-            self.guard_energy(model, state, frame, energy);
-        }
-        limited.cuts = u32::from(self.cut(model, state, ends, frame));
-        limited
-    }
-
-    /// Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is.
-    fn guard_energy(&self, model: &Model, state: &mut State, frame: Vec3, before: f64) {
-        let after = self.certificate.kinetic_energy(model, &state.velocities, frame);
-        if after > before {
-            self.certificate.slow_down(model, &mut state.velocities, frame, (before / after).sqrt() as f32);
-        }
-    }
-
-    /// Measures the ends of the step and goes only as far as all springs allow. Returns whether it had to cut.
-    fn cut(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>) -> bool {
-        // Rounding of the shortened step can ask for another round; the last one stays where X is.
-        const ROUNDS: usize = 4;
-        for round in 0..ROUNDS {
-            if self.certificate.measure(model, state, ends).worst <= 1.0 {
-                return round > 0;
+        if let (Some(frame), Some(before)) = (frame, energy) {
+            // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is.
+            let after = self.levels.motion().energy(frame);
+            if after > before {
+                self.levels.motion().slow_down(frame, (before / after).sqrt() as f32);
             }
-            let Some(frame) = frame else { break };
-            let part =
-                if round + 1 < ROUNDS { self.certificate.admissible_part(model, state, ends).min(1.0 - 1e-6) } else { 0.0 };
-            self.certificate.slow_down(model, &mut state.velocities, frame, part);
         }
-        true
+        let step = model.timing.step_length as f32;
+        self.levels.store(step, &state.positions, ends, &mut state.velocities);
+        limited.cuts = u32::from(self.certificate.enforce(model, state, ends, frame));
+        limited
     }
 }
 

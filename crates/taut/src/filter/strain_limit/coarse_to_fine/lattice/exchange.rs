@@ -3,16 +3,15 @@
 use pulp::{Simd, WithSimd};
 
 use super::level::Level;
-use crate::state::State;
+use crate::geometry::Vectors;
 
-/// Takes positions and the displacements h V from the state.
+/// Takes positions and displacements.
 pub(super) struct Load<'a> {
     pub level: &'a mut Level,
     /// First particle of the cloth.
     pub first: usize,
-    pub state: &'a State,
-    /// h [s].
-    pub step: f32,
+    pub positions: &'a Vectors,
+    pub ends: &'a Vectors,
 }
 
 impl WithSimd for Load<'_> {
@@ -20,41 +19,44 @@ impl WithSimd for Load<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { level, first, state, step } = self;
+        let Self { level, first, positions, ends } = self;
         for row in 0..level.rows {
             let columns = first + row * level.columns..first + (row + 1) * level.columns;
-            let places = [level.place(0, row), level.place(1, row)];
+            let [even, odd] = [level.place(0, row), level.place(1, row)];
             let fields = [
-                (&state.positions.x, &mut level.x.x, 1.0),
-                (&state.positions.y, &mut level.x.y, 1.0),
-                (&state.positions.z, &mut level.x.z, 1.0),
-                (&state.velocities.x, &mut level.d.x, step),
-                (&state.velocities.y, &mut level.d.y, step),
-                (&state.velocities.z, &mut level.d.z, step),
+                (&positions.x, &ends.x, &mut level.x.x, &mut level.d.x),
+                (&positions.y, &ends.y, &mut level.x.y, &mut level.d.y),
+                (&positions.z, &ends.z, &mut level.x.z, &mut level.d.z),
             ];
-            for (from, to, factor) in fields {
-                let (pairs, rest) = from[columns.clone()].as_chunks::<2>();
-                for (odd, place) in places.into_iter().enumerate() {
-                    for (to, pair) in to[place..place + pairs.len()].iter_mut().zip(pairs) {
-                        *to = pair[odd] * factor;
-                    }
+            for (from, to, x, d) in fields {
+                let ((from, from_rest), (to, to_rest)) =
+                    (from[columns.clone()].as_chunks::<2>(), to[columns.clone()].as_chunks::<2>());
+                let pairs = from.len();
+                let (x_even, x_odd) = x[even..odd + pairs].split_at_mut(odd - even);
+                let (d_even, d_odd) = d[even..odd + pairs].split_at_mut(odd - even);
+                for ((from, to), (x, d)) in from.iter().zip(to).zip(x_even.iter_mut().zip(d_even.iter_mut())) {
+                    (*x, *d) = (from[0], to[0] - from[0]);
                 }
-                if let [last] = rest {
-                    to[places[0] + pairs.len()] = last * factor;
+                for ((from, to), (x, d)) in from.iter().zip(to).zip(x_odd.iter_mut().zip(d_odd.iter_mut())) {
+                    (*x, *d) = (from[1], to[1] - from[1]);
+                }
+                if let ([from], [to]) = (from_rest, to_rest) {
+                    (x_even[pairs], d_even[pairs]) = (*from, to - from);
                 }
             }
         }
     }
 }
 
-/// Gives the corrected displacements back as velocities.
+/// Gives the corrected displacements back.
 pub(super) struct Store<'a> {
     pub level: &'a Level,
     /// First particle of the cloth.
     pub first: usize,
-    pub state: &'a mut State,
-    /// h [s].
-    pub step: f32,
+    pub ends: &'a mut Vectors,
+    pub velocities: &'a mut Vectors,
+    /// 1 / h [1/s].
+    pub rate: f32,
 }
 
 impl WithSimd for Store<'_> {
@@ -62,22 +64,34 @@ impl WithSimd for Store<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { level, first, state, step } = self;
-        // What was not corrected keeps its velocity to the last bit.
-        let corrected = |velocity: f32, d: f32| velocity + (d - velocity * step) / step;
+        let Self { level, first, ends, velocities, rate } = self;
+        // What was not corrected keeps its end and its velocity to the last bit.
+        let correct = |x: f32, d: f32, end: &mut f32, velocity: &mut f32| {
+            let before = *end - x;
+            *velocity += (d - before) * rate;
+            *end = if d == before { *end } else { x + d };
+        };
         for row in 0..level.rows {
             let columns = first + row * level.columns..first + (row + 1) * level.columns;
-            let places = [level.place(0, row), level.place(1, row)];
-            let velocities = &mut state.velocities;
-            let fields = [(&level.d.x, &mut velocities.x), (&level.d.y, &mut velocities.y), (&level.d.z, &mut velocities.z)];
-            for (from, to) in fields {
-                let (pairs, rest) = to[columns.clone()].as_chunks_mut::<2>();
-                let (even, odd) = (&from[places[0]..places[0] + pairs.len()], &from[places[1]..places[1] + pairs.len()]);
-                for ((pair, even), odd) in pairs.iter_mut().zip(even).zip(odd) {
-                    *pair = [corrected(pair[0], *even), corrected(pair[1], *odd)];
+            let [even, odd] = [level.place(0, row), level.place(1, row)];
+            let fields = [
+                (&level.x.x, &level.d.x, &mut ends.x, &mut velocities.x),
+                (&level.x.y, &level.d.y, &mut ends.y, &mut velocities.y),
+                (&level.x.z, &level.d.z, &mut ends.z, &mut velocities.z),
+            ];
+            for (x, d, ends, velocities) in fields {
+                let (ends, ends_rest) = ends[columns.clone()].as_chunks_mut::<2>();
+                let (velocities, velocities_rest) = velocities[columns.clone()].as_chunks_mut::<2>();
+                let pairs = ends.len();
+                let evens = x[even..even + pairs].iter().zip(&d[even..even + pairs]);
+                let odds = x[odd..odd + pairs].iter().zip(&d[odd..odd + pairs]);
+                for ((end, velocity), (even, odd)) in ends.iter_mut().zip(velocities).zip(evens.zip(odds)) {
+                    let ([end_even, end_odd], [velocity_even, velocity_odd]) = (end, velocity);
+                    correct(*even.0, *even.1, end_even, velocity_even);
+                    correct(*odd.0, *odd.1, end_odd, velocity_odd);
                 }
-                if let [last] = rest {
-                    *last = corrected(*last, from[places[0] + pairs.len()]);
+                if let ([end], [velocity]) = (ends_rest, velocities_rest) {
+                    correct(x[even + pairs], d[even + pairs], end, velocity);
                 }
             }
         }

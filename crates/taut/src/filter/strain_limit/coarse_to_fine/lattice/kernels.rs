@@ -7,7 +7,7 @@
 
 use pulp::Simd;
 
-use crate::geometry::Vectors;
+use crate::geometry::{Vectors, reciprocal_sqrt};
 
 /// Runs are filled up to a multiple of this, the widest vector register there is (AVX-512).
 pub(super) const BLOCK: usize = 16;
@@ -43,7 +43,7 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], p
     let [au, av, aw] = a.d.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
     let [bu, bv, bw] = b.d.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
     let [wa, wb] = [a.w, b.w].map(|values| &S::as_simd_f32s(values).0[..len]);
-    let [trigger, aim, part] = [pull.trigger, pull.aim, pull.part].map(|value| simd.splat_f32s(value));
+    let [trigger, part_aim, part] = [pull.trigger, pull.part * pull.aim, pull.part].map(|value| simd.splat_f32s(value));
     // The floor keeps two held ends, and the empty lanes at the end of a run, from dividing by zero.
     let (floor, zero) = (simd.splat_f32s(1e-30), simd.splat_f32s(0.0));
     let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
@@ -57,10 +57,9 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], p
         if simd.first_true_m32s(over) >= S::F32_LANES {
             continue;
         }
-        let length = simd.sqrt_f32s(square);
-        let excess = simd.select_f32s(over, sub(length, mul(limit[i], aim)), zero);
-        let weight = simd.max_f32s(mul(length, add(wa[i], wb[i])), floor);
-        let share = simd.div_f32s(mul(part, excess), weight);
+        let excess = sub(part, mul(mul(limit[i], part_aim), reciprocal_sqrt(simd, square)));
+        let weight = simd.max_f32s(add(wa[i], wb[i]), floor);
+        let share = simd.select_f32s(over, simd.div_f32s(excess, weight), zero);
         let (share_a, share_b) = (mul(share, wa[i]), mul(share, wb[i]));
         au[i] = add(au[i], mul(share_a, x));
         av[i] = add(av[i], mul(share_a, y));

@@ -1,13 +1,21 @@
 //! One level of a lattice: every spring is found by arithmetic, and all loops run over consecutive memory.
 //!
-//! Each row is stored as its even columns and its odd columns apart. Neighbours along a row, across rows and along
-//! diagonals are then runs of consecutive particles that never meet twice, so that a whole run is projected at once.
+//! Each row is stored as its even columns and then its odd columns. Neighbours along a row, across rows and along diagonals
+//! are then runs of consecutive particles that never meet twice, so that a whole run is projected at once.
+//!
+//! A sweep takes every second band of rows, then the others: bands of one kind share no particle, so that they may be swept
+//! at the same time with the same result.
 
-use pulp::Simd;
+use std::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
 
 use super::kernels::{BLOCK, End, Pull, project, worst};
-use super::tiles::Tiles;
-use crate::geometry::Vectors;
+use super::tiles::{Tile, Tiles};
+use crate::geometry::{Pool, Vectors, VectorsChunk};
+
+/// Rows in a band of a sweep.
+const BAND: usize = 16;
 
 /// A limit that no distance reaches, for the lanes that fill up a run; its square is still a number.
 const NO_LIMIT: f32 = 1e18;
@@ -22,7 +30,7 @@ pub(super) struct Level {
     pub d: Vectors,
     /// Inverse masses, zero for what is held.
     pub w: Vec<f32>,
-    /// Distance in memory between two rows of a half.
+    /// Length of half a row in memory.
     stride: usize,
     /// Greatest lengths [m] along a row: of the springs that begin at even columns, at odd columns.
     across: [Vec<f32>; 2],
@@ -71,29 +79,76 @@ impl Level {
     /// Where the particle of a column and a row is kept.
     #[inline]
     pub fn place(&self, column: usize, row: usize) -> usize {
-        ((column % 2) * self.rows + row) * self.stride + column / 2
+        (2 * row + column % 2) * self.stride + column / 2
     }
 
-    /// One pass over all springs.
-    #[inline(always)]
-    pub fn sweep<S: Simd>(&mut self, simd: S, pull: Pull, backwards: bool) {
-        self.sweep_where(simd, pull, backwards, |_| (0, usize::MAX));
+    /// The length of a row in memory.
+    pub fn row_length(&self) -> usize {
+        2 * self.stride
     }
 
-    /// One pass over the springs in the tiles.
-    #[inline(always)]
-    pub fn sweep_tiles<S: Simd>(&mut self, simd: S, pull: Pull, backwards: bool, tiles: &Tiles) {
-        self.sweep_where(simd, pull, backwards, |row| tiles.of_row(row));
+    /// How many particles there are.
+    pub fn size(&self) -> usize {
+        self.columns * self.rows
     }
 
-    /// One pass over the springs in the blocks that `blocks` names for each row.
+    /// One pass over all springs, or over those in the tiles.
+    pub fn sweep(&mut self, pull: Pull, backwards: bool, tiles: Option<&Tiles>, pool: &Pool) {
+        let row_length = self.row_length();
+        let Self { x, d, w, .. } = self;
+        let layout =
+            Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal };
+        for phase in if backwards { [1, 0] } else { [0, 1] } {
+            let first = (phase * BAND * row_length).min(d.len());
+            d.for_each_part(first..d.len(), 2 * BAND * row_length, pool, |d| {
+                let begin = d.first / row_length;
+                Arch::new().dispatch(SweepBand {
+                    layout: &layout,
+                    x,
+                    d,
+                    w,
+                    rows: begin..(begin + BAND).min(layout.rows),
+                    pull,
+                    backwards,
+                    tiles,
+                });
+            });
+        }
+    }
+
+    /// Largest |X_uv + D_uv| / R of all springs; marks the tiles where it is over `enough`.
+    pub fn measure(&self, enough: f32, tiles: &mut Tiles, pool: &Pool) -> f32 {
+        let layout =
+            Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal };
+        let (x, d) = (&self.x, &self.d);
+        tiles.measure(pool.pays_for(self.size()), |rows, tile| {
+            let rows = rows.start..rows.end.min(layout.rows);
+            Arch::new().dispatch(MeasureBand { layout: &layout, x, d, rows, enough, tile })
+        })
+    }
+}
+
+/// Some rows of a level, with the springs to the next row.
+struct SweepBand<'a> {
+    layout: &'a Layout<'a>,
+    x: &'a Vectors,
+    d: VectorsChunk<'a>,
+    w: &'a [f32],
+    rows: Range<usize>,
+    pull: Pull,
+    backwards: bool,
+    tiles: Option<&'a Tiles>,
+}
+
+impl WithSimd for SweepBand<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn sweep_where<S: Simd>(&mut self, simd: S, pull: Pull, backwards: bool, blocks: impl Fn(usize) -> (usize, usize)) {
-        let Self { x, d, w, rows, stride, across, up, diagonal, .. } = self;
-        let layout = Layout { rows: *rows, stride: *stride, across, up, diagonal };
-        for step in 0..layout.rows {
-            let row = if backwards { layout.rows - 1 - step } else { step };
-            let (from, to) = blocks(row);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { layout, x, d, w, rows, pull, backwards, tiles } = self;
+        for step in 0..rows.len() {
+            let row = if backwards { rows.end - 1 - step } else { rows.start + step };
+            let (from, to) = tiles.map_or((0, usize::MAX), |tiles| tiles.of_row(row));
             for run in 0..RUNS {
                 let run = if backwards { RUNS - 1 - run } else { run };
                 let Some(Run { a, b, limit }) = layout.run(row, run) else { continue };
@@ -102,9 +157,10 @@ impl Level {
                     continue;
                 }
                 let ends = [a + blocks.start..a + blocks.end, b + blocks.start..b + blocks.end];
-                let [au, bu] = d.x.get_disjoint_mut(ends.clone()).expect(APART);
-                let [av, bv] = d.y.get_disjoint_mut(ends.clone()).expect(APART);
-                let [aw, bw] = d.z.get_disjoint_mut(ends.clone()).expect(APART);
+                let in_band = ends.clone().map(|end| end.start - d.first..end.end - d.first);
+                let [au, bu] = d.x.get_disjoint_mut(in_band.clone()).expect(APART);
+                let [av, bv] = d.y.get_disjoint_mut(in_band.clone()).expect(APART);
+                let [aw, bw] = d.z.get_disjoint_mut(in_band).expect(APART);
                 let [a, b] = ends;
                 let end_a = End { x: [&x.x[a.clone()], &x.y[a.clone()], &x.z[a.clone()]], d: [au, av, aw], w: &w[a] };
                 let end_b = End { x: [&x.x[b.clone()], &x.y[b.clone()], &x.z[b.clone()]], d: [bu, bv, bw], w: &w[b] };
@@ -112,18 +168,29 @@ impl Level {
             }
         }
     }
+}
 
-    /// Largest |X_uv + D_uv| / R of all springs; marks the tiles where it is over `enough`.
+/// Some rows of a level: the largest |X_uv + D_uv| / R.
+struct MeasureBand<'a> {
+    layout: &'a Layout<'a>,
+    x: &'a Vectors,
+    d: &'a Vectors,
+    rows: Range<usize>,
+    enough: f32,
+    tile: &'a mut Tile,
+}
+
+impl WithSimd for MeasureBand<'_> {
+    type Output = f32;
+
     #[inline(always)]
-    pub fn measure<S: Simd>(&self, simd: S, enough: f32, tiles: &mut Tiles) -> f32 {
-        let Self { x, d, rows, stride, across, up, diagonal, .. } = self;
-        let layout = Layout { rows: *rows, stride: *stride, across, up, diagonal };
-        tiles.clear();
+    fn with_simd<S: Simd>(self, simd: S) -> f32 {
+        let Self { layout, x, d, rows, enough, tile } = self;
         let mut largest = simd.splat_f32s(0.0);
-        for row in 0..layout.rows {
+        for row in rows {
             for run in 0..RUNS {
                 if let Some(Run { a, b, limit }) = layout.run(row, run) {
-                    largest = worst(simd, x, d, [a, b], limit, largest, enough * enough, |block| tiles.mark(row, block));
+                    largest = worst(simd, x, d, [a, b], limit, largest, enough * enough, |block| tile.mark(block));
                 }
             }
         }
@@ -149,11 +216,12 @@ impl<'a> Layout<'a> {
     /// The run of a number at a row; none where there is no next row.
     #[inline(always)]
     fn run(&self, row: usize, run: usize) -> Option<Run<'a>> {
-        let (even, odd) = (row * self.stride, (self.rows + row) * self.stride);
+        let even = 2 * row * self.stride;
+        let odd = even + self.stride;
         if run >= 2 && row + 1 == self.rows {
             return None;
         }
-        let (next_even, next_odd) = (even + self.stride, odd + self.stride);
+        let (next_even, next_odd) = (even + 2 * self.stride, odd + 2 * self.stride);
         let gap = usize::from(row + 2 == self.rows);
         let (up, diagonal) = (&self.up[gap], &self.diagonal[gap]);
         let (a, b, limit) = match run {

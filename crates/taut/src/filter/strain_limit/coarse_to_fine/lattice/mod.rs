@@ -8,15 +8,14 @@ mod transfer;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::Hierarchy;
-use crate::geometry::Vectors;
+use super::{Hierarchy, Motion};
+use crate::geometry::{Pool, Vectors};
 use crate::model::{Lattice, Model};
-use crate::state::State;
 use exchange::{Load, Store};
 use kernels::Pull;
 use level::Level;
 use tiles::Tiles;
-use transfer::{coarsened, parents, prolong, sample, sampled};
+use transfer::{bands, coarsened, parents, prolong, sample, sampled};
 
 /// Levels with at most this many particles are swept [`COARSEST_SWEEPS`] times: they cost nothing and carry the loads.
 const COARSEST: usize = 81;
@@ -38,8 +37,8 @@ pub(super) struct LatticeLevels {
     anchors: Vec<Vec<Anchor>>,
     /// Where the finest level is still over its limit.
     tiles: Tiles,
-    /// A row of gains on the way from a coarse level to a finer one.
-    gained: Vec<f32>,
+    /// Rows of gains on the way from a coarse level to a finer one.
+    gained: Vec<Vec<f32>>,
     backwards: bool,
     delta: f32,
 }
@@ -88,7 +87,7 @@ impl LatticeLevels {
             first: lattice.first,
             before: levels.iter().map(|level| Vectors::zeros(level.d.len())).collect(),
             previous: levels[0].d.clone(),
-            gained: vec![0.0; levels[0].columns + 2],
+            gained: vec![vec![0.0; levels[0].columns + 2]; bands(&levels[0])],
             tiles: Tiles::new(&levels[0]),
             levels,
             anchors,
@@ -102,11 +101,10 @@ impl LatticeLevels {
         Pull { trigger: 1.0 - 0.5 * self.delta, aim: 1.0 - self.delta, part: 1.0 }
     }
 
-    #[inline(always)]
-    fn sweep<S: Simd>(&mut self, simd: S, index: usize) {
+    fn sweep(&mut self, index: usize, pool: &Pool) {
         let aim = 1.0 - self.delta;
         let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: aim, aim, part: COARSE_PART } };
-        self.levels[index].sweep(simd, pull, self.backwards);
+        self.levels[index].sweep(pull, self.backwards, None, pool);
         self.backwards = !self.backwards;
         let (finest, coarse) = self.levels.split_at_mut(1);
         if let Some(level) = index.checked_sub(1).map(|index| &mut coarse[index]) {
@@ -123,9 +121,8 @@ impl LatticeLevels {
 }
 
 impl Hierarchy for LatticeLevels {
-    fn load(&mut self, model: &Model, state: &State) {
-        let step = model.timing.step_length as f32;
-        Arch::new().dispatch(Load { level: &mut self.levels[0], first: self.first, state, step });
+    fn load(&mut self, positions: &Vectors, ends: &Vectors) {
+        Arch::new().dispatch(Load { level: &mut self.levels[0], first: self.first, positions, ends });
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
             let mut x = std::mem::take(&mut coarse[0].x);
@@ -135,74 +132,78 @@ impl Hierarchy for LatticeLevels {
         self.backwards = false;
     }
 
-    fn cycle(&mut self, _: &Model, momentum: f32, enough: f32) -> f32 {
-        Arch::new().dispatch(Cycle { cloth: self, momentum, enough })
-    }
-
-    fn store(&self, model: &Model, state: &mut State) {
-        let step = model.timing.step_length as f32;
-        Arch::new().dispatch(Store { level: &self.levels[0], first: self.first, state, step });
-    }
-}
-
-/// One cycle, compiled for the vector registers that are there.
-struct Cycle<'a> {
-    cloth: &'a mut LatticeLevels,
-    momentum: f32,
-    enough: f32,
-}
-
-impl WithSimd for Cycle<'_> {
-    type Output = f32;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f32 {
-        let cloth = self.cloth;
-        extrapolate(&mut cloth.levels[0].d, &mut cloth.previous, self.momentum);
-        for index in 1..cloth.levels.len() {
-            let (fine, coarse) = cloth.levels.split_at_mut(index);
+    fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> f32 {
+        extrapolate(&mut self.levels[0].d, &mut self.previous, momentum, pool);
+        for index in 1..self.levels.len() {
+            let (fine, coarse) = self.levels.split_at_mut(index);
             let mut d = std::mem::take(&mut coarse[0].d);
             sample(&fine[index - 1], &coarse[0], &fine[index - 1].d, &mut d);
-            cloth.before[index].copy_from(&d);
+            self.before[index].copy_from(&d);
             coarse[0].d = d;
         }
-        for index in (1..cloth.levels.len()).rev() {
-            let particles = cloth.levels[index].columns * cloth.levels[index].rows;
-            for _ in 0..if particles <= COARSEST { COARSEST_SWEEPS } else { 1 } {
-                cloth.sweep(simd, index);
+        for index in (1..self.levels.len()).rev() {
+            for _ in 0..if self.levels[index].size() <= COARSEST { COARSEST_SWEEPS } else { 1 } {
+                self.sweep(index, pool);
             }
-            let (fine, coarse) = cloth.levels.split_at_mut(index);
-            prolong(&mut fine[index - 1], &coarse[0], &cloth.before[index], &mut cloth.gained);
+            let (fine, coarse) = self.levels.split_at_mut(index);
+            prolong(&mut fine[index - 1], &coarse[0], &self.before[index], &mut self.gained, pool);
         }
-        cloth.sweep(simd, 0);
-        let mut worst = cloth.levels[0].measure(simd, self.enough, &mut cloth.tiles);
+        self.sweep(0, pool);
+        let mut worst = self.levels[0].measure(enough, &mut self.tiles, pool);
         for _ in 0..LOCAL_ROUNDS {
-            if worst <= self.enough || !cloth.tiles.are_few() {
+            if worst <= enough || !self.tiles.are_few() {
                 break;
             }
-            cloth.tiles.widen();
-            let pull = cloth.finest_pull();
+            self.tiles.widen();
+            let pull = self.finest_pull();
             for _ in 0..LOCAL_SWEEPS {
-                cloth.levels[0].sweep_tiles(simd, pull, cloth.backwards, &cloth.tiles);
-                cloth.backwards = !cloth.backwards;
+                self.levels[0].sweep(pull, self.backwards, Some(&self.tiles), pool);
+                self.backwards = !self.backwards;
             }
-            worst = cloth.levels[0].measure(simd, self.enough, &mut cloth.tiles);
+            worst = self.levels[0].measure(enough, &mut self.tiles, pool);
         }
         worst
+    }
+
+    fn motion(&mut self) -> Motion<'_> {
+        let Level { d, w, .. } = &mut self.levels[0];
+        Motion { d, weights: w }
+    }
+
+    fn store(&self, step: f32, _: &Vectors, ends: &mut Vectors, velocities: &mut Vectors) {
+        Arch::new().dispatch(Store { level: &self.levels[0], first: self.first, ends, velocities, rate: 1.0 / step });
     }
 }
 
 /// d += momentum (d - previous), and the old d becomes the previous one.
-#[inline(always)]
-fn extrapolate(d: &mut Vectors, previous: &mut Vectors, momentum: f32) {
-    for (d, previous) in [(&mut d.x, &mut previous.x), (&mut d.y, &mut previous.y), (&mut d.z, &mut previous.z)] {
-        for (d, previous) in d.iter_mut().zip(previous) {
-            let now = *d;
-            if momentum > 0.0 {
-                *d += momentum * (now - *previous);
-            }
-            *previous = now;
+fn extrapolate(d: &mut Vectors, previous: &mut Vectors, momentum: f32, pool: &Pool) {
+    if momentum == 0.0 {
+        previous.copy_from(d);
+        return;
+    }
+    previous.for_each_chunk(pool, |chunk| {
+        let run = chunk.first..chunk.first + chunk.x.len();
+        let columns = [(chunk.x, &d.x), (chunk.y, &d.y), (chunk.z, &d.z)];
+        for (ahead, d) in columns {
+            Arch::new().dispatch(Ahead { ahead, d: &d[run.clone()], momentum });
         }
+    });
+    std::mem::swap(d, previous);
+}
+
+/// previous := d + momentum (d - previous).
+struct Ahead<'a> {
+    ahead: &'a mut [f32],
+    d: &'a [f32],
+    momentum: f32,
+}
+
+impl WithSimd for Ahead<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.ahead.iter_mut().zip(self.d).for_each(|(ahead, d)| *ahead = d + self.momentum * (d - *ahead));
     }
 }
 

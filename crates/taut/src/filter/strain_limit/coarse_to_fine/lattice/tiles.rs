@@ -1,67 +1,99 @@
 //! Where a level is over its limit: local correction, the paper's future work.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+
 use super::kernels::BLOCK;
 use super::level::Level;
 
-/// Rows in a band.
+/// Rows in a band of tiles.
 const BAND: usize = 8;
 
-/// For each band of rows, the blocks of a run that hold a spring over its limit, as one interval.
+/// The blocks of a band of rows that hold a spring over its limit, as one interval; empty if there are none.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Tile {
+    from: usize,
+    to: usize,
+}
+
+/// All tiles of a level.
 pub(super) struct Tiles {
-    bands: Vec<(usize, usize)>,
+    bands: Vec<Tile>,
+    /// What was measured in each.
+    worst: Vec<f32>,
     /// Blocks in the longest run.
     blocks: usize,
 }
 
+impl Tile {
+    /// Marks a block.
+    #[inline(always)]
+    pub fn mark(&mut self, block: usize) {
+        *self = self.join(Self { from: block, to: block + 1 });
+    }
+
+    #[inline(always)]
+    fn is_empty(self) -> bool {
+        self.from == self.to
+    }
+
+    #[inline(always)]
+    fn join(self, other: Self) -> Self {
+        if self.is_empty() {
+            other
+        } else if other.is_empty() {
+            self
+        } else {
+            Self { from: self.from.min(other.from), to: self.to.max(other.to) }
+        }
+    }
+}
+
 impl Tiles {
     pub fn new(level: &Level) -> Self {
-        Self { bands: vec![(0, 0); level.rows.div_ceil(BAND)], blocks: level.columns.div_ceil(2).div_ceil(BLOCK) }
+        let bands = level.rows.div_ceil(BAND);
+        Self { bands: vec![Tile::default(); bands], worst: vec![0.0; bands], blocks: level.columns.div_ceil(2).div_ceil(BLOCK) }
     }
 
-    pub fn clear(&mut self) {
-        self.bands.fill((0, 0));
+    /// Calls `work` with the rows of each band and an empty tile to mark; returns the largest result.
+    pub fn measure(&mut self, in_parallel: bool, work: impl Fn(Range<usize>, &mut Tile) -> f32 + Sync) -> f32 {
+        let each = |(band, (tile, worst)): (usize, (&mut Tile, &mut f32))| {
+            *tile = Tile::default();
+            *worst = work(band * BAND..(band + 1) * BAND, tile);
+        };
+        if in_parallel {
+            self.bands.par_iter_mut().zip(&mut self.worst).enumerate().for_each(each);
+        } else {
+            self.bands.iter_mut().zip(&mut self.worst).enumerate().for_each(each);
+        }
+        self.worst.iter().fold(0.0, |largest, &worst| if worst > largest { worst } else { largest })
     }
 
-    /// Marks a block of a run that begins at a row.
-    #[inline(always)]
-    pub fn mark(&mut self, row: usize, block: usize) {
-        let (from, to) = &mut self.bands[row / BAND];
-        (*from, *to) = if from == to { (block, block + 1) } else { ((*from).min(block), (*to).max(block + 1)) };
-    }
-
-    /// The marked blocks of the runs that begin at a row; empty if there are none.
+    /// The marked blocks of the runs that begin at a row.
     #[inline(always)]
     pub fn of_row(&self, row: usize) -> (usize, usize) {
-        self.bands[row / BAND]
+        let Tile { from, to } = self.bands[row / BAND];
+        (from, to)
     }
 
     /// Whether less than half of the level is marked, so that sweeping the marked part alone pays.
     pub fn are_few(&self) -> bool {
-        let marked: usize = self.bands.iter().map(|(from, to)| to - from).sum();
+        let marked: usize = self.bands.iter().map(|tile| tile.to - tile.from).sum();
         2 * marked < self.bands.len() * self.blocks
     }
 
     /// Marks the neighbouring bands and blocks too: what is pulled in goes over there.
     pub fn widen(&mut self) {
-        for (from, to) in self.bands.iter_mut().filter(|(from, to)| from < to) {
-            (*from, *to) = (from.saturating_sub(1), (*to + 1).min(self.blocks));
+        for tile in self.bands.iter_mut().filter(|tile| !tile.is_empty()) {
+            *tile = Tile { from: tile.from.saturating_sub(1), to: (tile.to + 1).min(self.blocks) };
         }
-        let mut above = (0, 0);
+        let mut above = Tile::default();
         for index in 0..self.bands.len() {
             let here = self.bands[index];
             let below = self.bands.get(index + 1).copied().unwrap_or_default();
-            self.bands[index] = join(join(here, above), below);
+            self.bands[index] = here.join(above).join(below);
             above = here;
         }
-    }
-}
-
-fn join(a: (usize, usize), b: (usize, usize)) -> (usize, usize) {
-    if a.0 == a.1 {
-        b
-    } else if b.0 == b.1 {
-        a
-    } else {
-        (a.0.min(b.0), a.1.max(b.1))
     }
 }

@@ -3,8 +3,10 @@
 //! Coarse columns and rows are every second fine one, and the last. Going down, fields are sampled; coming back, what
 //! the coarse level added is interpolated linearly between its neighbours.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::level::Level;
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors, VectorsChunk};
 
 /// How many coarse columns (or rows) `count` fine ones have.
 pub(super) fn coarsened(count: usize) -> usize {
@@ -23,63 +25,105 @@ pub(super) fn parents(fine: usize, count: usize) -> [usize; 2] {
 }
 
 /// Copies the sampled values of a field from a fine level to a coarse one.
-#[inline(always)]
 pub(super) fn sample(fine: &Level, coarse: &Level, from: &Vectors, to: &mut Vectors) {
     for (from, to) in [(&from.x, &mut to.x), (&from.y, &mut to.y), (&from.z, &mut to.z)] {
+        Arch::new().dispatch(Sample { fine, coarse, from, to });
+    }
+}
+
+struct Sample<'a> {
+    fine: &'a Level,
+    coarse: &'a Level,
+    from: &'a [f32],
+    to: &'a mut [f32],
+}
+
+impl WithSimd for Sample<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { fine, coarse, from, to } = self;
+        let (evens, odds) = (coarse.columns.div_ceil(2), coarse.columns / 2);
         for row in 0..coarse.rows {
             let fine_row = sampled(row, fine.rows);
             let there = fine.place(0, fine_row);
             let source = &from[there..there + fine.columns.div_ceil(2)];
-            for odd in 0..2 {
-                let here = coarse.place(odd, row);
-                let count = source[odd..].len().div_ceil(2);
-                let target = &mut to[here..here + count];
-                for (target, source) in target.iter_mut().zip(source[odd..].iter().step_by(2)) {
-                    *target = *source;
-                }
+            let (pairs, rest) = source.as_chunks::<2>();
+            let row = &mut to[coarse.place(0, row)..][..coarse.row_length()];
+            let (even, odd) = row.split_at_mut(coarse.row_length() / 2);
+            for ((even, odd), pair) in even.iter_mut().zip(odd.iter_mut()).zip(pairs) {
+                (*even, *odd) = (pair[0], pair[1]);
+            }
+            if let [last] = rest {
+                even[pairs.len()] = *last;
             }
             // With an even number of columns the last one is an odd one.
-            to[coarse.place(coarse.columns - 1, row)] = from[fine.place(fine.columns - 1, fine_row)];
+            let last = from[fine.place(fine.columns - 1, fine_row)];
+            if coarse.columns.is_multiple_of(2) { odd[odds - 1] = last } else { even[evens - 1] = last }
         }
     }
 }
 
-/// Adds to the fine displacements what the coarse ones gained over `before`; what is held stays. `gained` is workspace
-/// for one coarse row.
-#[inline(always)]
-pub(super) fn prolong(fine: &mut Level, coarse: &Level, before: &Vectors, gained: &mut [f32]) {
-    let (evens, odds) = (fine.columns.div_ceil(2), fine.columns / 2);
-    for axis in 0..3 {
-        let (now, before) = (column(&coarse.d, axis), column(before, axis));
-        for row in 0..fine.rows {
-            gain_of_row(coarse, parents(row, fine.rows), now, before, gained);
-            let (even, odd) = (fine.place(0, row), fine.place(1, row));
-            let w = &fine.w;
-            let target = match axis {
-                0 => &mut fine.d.x,
-                1 => &mut fine.d.y,
-                _ => &mut fine.d.z,
-            };
-            for ((target, w), gain) in target[even..even + evens].iter_mut().zip(&w[even..even + evens]).zip(&gained[..evens]) {
-                *target += if *w > 0.0 { *gain } else { 0.0 };
-            }
-            // With an even number of columns the last one is sampled itself: it has the gain of the last coarse column.
-            let between = if fine.columns.is_multiple_of(2) { odds - 1 } else { odds };
-            for (k, (target, w)) in target[odd..odd + between].iter_mut().zip(&w[odd..odd + between]).enumerate() {
-                *target += if *w > 0.0 { 0.5 * (gained[k] + gained[k + 1]) } else { 0.0 };
-            }
-            if between < odds && w[odd + between] > 0.0 {
-                target[odd + between] += gained[odds];
-            }
-        }
-    }
+/// Adds to the fine displacements what the coarse ones gained over `before`; what is held stays. `gained` is workspace:
+/// a coarse row of gains for every band of fine rows.
+pub(super) fn prolong(fine: &mut Level, coarse: &Level, before: &Vectors, gained: &mut [Vec<f32>], pool: &Pool) {
+    let row_length = fine.row_length();
+    let Level { d, w, columns, rows, .. } = fine;
+    let (columns, rows, w) = (*columns, *rows, &*w);
+    d.for_each_band(0..rows * row_length, BAND * row_length, gained, pool, |d, gained| {
+        Arch::new().dispatch(ProlongBand { d, w, columns, rows, row_length, coarse, before, gained });
+    });
 }
 
-fn column(vectors: &Vectors, axis: usize) -> &[f32] {
-    match axis {
-        0 => &vectors.x,
-        1 => &vectors.y,
-        _ => &vectors.z,
+/// How many bands [`prolong`] has for a fine level.
+pub(super) fn bands(fine: &Level) -> usize {
+    fine.rows.div_ceil(BAND)
+}
+
+/// Fine rows in a band.
+const BAND: usize = 32;
+
+struct ProlongBand<'a> {
+    d: VectorsChunk<'a>,
+    w: &'a [f32],
+    columns: usize,
+    rows: usize,
+    row_length: usize,
+    coarse: &'a Level,
+    before: &'a Vectors,
+    gained: &'a mut [f32],
+}
+
+impl WithSimd for ProlongBand<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { d, w, columns, rows, row_length, coarse, before, gained } = self;
+        let (evens, odds) = (columns.div_ceil(2), columns / 2);
+        // With an even number of columns the last one is sampled itself: it has the gain of the last coarse column.
+        let between = if columns.is_multiple_of(2) { odds - 1 } else { odds };
+        let first_row = d.first / row_length;
+        let fields = [(d.x, &coarse.d.x, &before.x), (d.y, &coarse.d.y, &before.y), (d.z, &coarse.d.z, &before.z)];
+        for (target, now, before) in fields {
+            for (index, target) in target.chunks_mut(row_length).enumerate() {
+                let row = first_row + index;
+                gain_of_row(coarse, parents(row, rows), now, before, gained);
+                let (even_w, odd_w) = w[row * row_length..(row + 1) * row_length].split_at(row_length / 2);
+                let (even, odd) = target.split_at_mut(row_length / 2);
+                for ((target, w), gain) in even[..evens].iter_mut().zip(&even_w[..evens]).zip(&gained[..evens]) {
+                    *target += if *w > 0.0 { *gain } else { 0.0 };
+                }
+                let sides = gained[..between].iter().zip(&gained[1..=between]);
+                for ((target, w), (left, right)) in odd[..between].iter_mut().zip(&odd_w[..between]).zip(sides) {
+                    *target += if *w > 0.0 { 0.5 * (left + right) } else { 0.0 };
+                }
+                if between < odds && odd_w[between] > 0.0 {
+                    odd[between] += gained[odds];
+                }
+            }
+        }
     }
 }
 

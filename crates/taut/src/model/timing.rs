@@ -1,0 +1,107 @@
+//! How long a step is, and in how many parts springs and dampers take it.
+//!
+//! The bound on the step of the velocity-first Euler method holds in every configuration the cloth can take.
+//!
+//! A mode x'' = -w^2 x - g x' stays bounded if and only if h^2 w^2 + 2 h g < 4, that is
+//! h < 4 / (g + sqrt(g^2 + 4 w^2)). Gershgorin's theorem on the spring matrix bounds w^2 and g by the largest
+//! d_u/m_u + d_v/m_v over the springs uv, d being the sum of the constants at a particle (docs/equations.md, "Step").
+
+use super::{Particles, Springs, Timing};
+use crate::scene::{FilterKind, Scene, SceneError, Substeps};
+
+/// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
+const SAFETY: f64 = 0.9;
+/// Longest step that "auto" takes with the coarse-to-fine filter [s]: it is the motion's accuracy that asks for it.
+const LONGEST: f64 = 1.0 / 180.0;
+
+/// The fastest rates in a model.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rates {
+    /// w^2 of springs [1/s^2].
+    frequency_squared: f64,
+    /// g of dampers [1/s].
+    damping: f64,
+    /// g of the air [1/s].
+    drag: f64,
+}
+
+impl Rates {
+    /// Of springs and dampers; `drag` is the largest rate at which the air slows a particle [1/s].
+    pub fn new(particles: &Particles, springs: &Springs, drag: f64) -> Self {
+        let largest = |constants| largest_rate(particles, springs, constants);
+        Self { frequency_squared: largest(&springs.stiffness), damping: largest(&springs.damping), drag }
+    }
+}
+
+/// The largest stable step [s] of modes with w^2 and g; infinite if nothing acts.
+fn bound(frequency_squared: f64, rate: f64) -> f64 {
+    4.0 / (rate + (rate * rate + 4.0 * frequency_squared).sqrt())
+}
+
+/// The step: chosen, or checked against its bound.
+///
+/// The paper's filters look at every step of the springs. The coarse-to-fine filter takes longer steps, within which
+/// springs and dampers go their own, shorter ones; only the air bounds it.
+pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> {
+    let Rates { frequency_squared, damping, drag } = rates;
+    let divided = scene.solver.filter == FilterKind::CoarseToFine;
+    let bound = if divided { self::bound(0.0, drag) } else { self::bound(frequency_squared, damping + drag) };
+    let frame = 1.0 / scene.fps;
+    let longest = if divided { LONGEST.min(SAFETY * bound) } else { SAFETY * bound };
+    // A frame that is a whole number of longest steps but for rounding needs no further one.
+    let enough = (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
+    let substeps = match scene.solver.substeps {
+        Substeps::Auto if enough > MOST_STEPS => {
+            let problem =
+                format!("\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness or damping");
+            return Err(SceneError::at("solver.substeps", problem));
+        }
+        Substeps::Auto => enough as u32,
+        Substeps::Count(count) => {
+            let step = frame / f64::from(count);
+            if step > bound && !scene.solver.force_step {
+                let problem = format!(
+                    "the step of {:.4} ms is over the stability bound of {:.4} ms (springs, damping, drag and wind); \
+                     use at least {enough}, or \"auto\", or set solver.force_step = true",
+                    step * 1e3,
+                    bound * 1e3
+                );
+                return Err(SceneError::with_value("solver.substeps", count, problem));
+            }
+            count
+        }
+    };
+    let step_length = frame / f64::from(substeps);
+    if !divided {
+        return Ok(Timing { substeps, step_length, divided, spring_steps: 1, damping_stages: u32::from(damping > 0.0), bound });
+    }
+    let spring_steps = (step_length / (SAFETY * self::bound(frequency_squared, 0.0))).ceil().max(1.0);
+    if spring_steps * f64::from(substeps) > MOST_STEPS {
+        let problem = format!("springs would need {spring_steps} parts of each step; lower stiffness");
+        return Err(SceneError::at("solver.substeps", problem));
+    }
+    let rate = step_length * damping / SAFETY;
+    // s stages are stable up to h g = s^2 + s.
+    let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
+    Ok(Timing { substeps, step_length, divided, spring_steps: spring_steps as u32, damping_stages, bound })
+}
+
+/// More steps a frame than this are a mistake in the scene.
+const MOST_STEPS: f64 = 100_000.0;
+
+fn largest_rate(particles: &Particles, springs: &Springs, constants: &[f32]) -> f64 {
+    let mut sums = vec![0.0_f64; particles.mass.len()];
+    for (ends, &constant) in springs.ends.iter().zip(constants) {
+        for &end in ends {
+            sums[end as usize] += f64::from(constant);
+        }
+    }
+    let rate = |end: u32| sums[end as usize] * f64::from(particles.inverse_mass[end as usize]);
+    springs
+        .ends
+        .iter()
+        .zip(constants)
+        .filter(|(_, constant)| **constant > 0.0)
+        .map(|(&[u, v], _)| rate(u) + rate(v))
+        .fold(0.0, f64::max)
+}
