@@ -9,10 +9,10 @@ use std::time::Instant;
 
 use pulp::{Arch, Simd, WithSimd};
 use taut::geometry::Vectors;
-use taut::model::{Link, Model};
+use taut::model::{Adjacency, Model};
 
-/// One spring of every particle in the interior of a grid.
-#[derive(Clone, Copy)]
+/// A spring as one of its ends sees it; the other end is `offset` particles further on.
+#[derive(Clone, Copy, Default)]
 struct Arm {
     offset: isize,
     rest: f32,
@@ -28,7 +28,8 @@ struct Run {
 
 /// Runs `repeats` passes; returns how long each took [s], and the spring force on each particle [N].
 pub fn measure(model: &Model, positions: &Vectors, repeats: usize) -> (Vec<f64>, Vectors) {
-    let runs = runs(model);
+    let arms = arms(model);
+    let runs = runs(model, &arms);
     let alone = alone(model.particle_count(), &runs);
     let mut forces = Vectors::zeros(model.particle_count());
     let mut pass = || {
@@ -37,7 +38,7 @@ pub fn measure(model: &Model, positions: &Vectors, repeats: usize) -> (Vec<f64>,
             Arch::new().dispatch(OfRun { run, positions: black_box(positions), forces: &mut forces });
         }
         for &particle in &alone {
-            gather(model.links.of(particle), positions, particle, &mut forces);
+            gather(arms.of(particle), positions, particle, &mut forces);
         }
         black_box(&mut forces);
         start.elapsed().as_secs_f64()
@@ -47,20 +48,26 @@ pub fn measure(model: &Model, positions: &Vectors, repeats: usize) -> (Vec<f64>,
     (seconds, forces)
 }
 
+/// The springs around each particle, from the list of springs: independent of how the engine keeps them.
+fn arms(model: &Model) -> Adjacency<Arm> {
+    let springs = &model.springs;
+    let arms = (0..springs.len()).flat_map(|spring| {
+        let ([u, v], rest, stiffness) = (springs.ends[spring], springs.rest[spring], springs.stiffness[spring]);
+        let offset = v as isize - u as isize;
+        [(u, Arm { offset, rest, stiffness }), (v, Arm { offset: -offset, rest, stiffness })]
+    });
+    Adjacency::new(model.particle_count(), arms)
+}
+
 /// The inner rows of the grids, where they fill a vector register.
-fn runs(model: &Model) -> Vec<Run> {
+fn runs(model: &Model, arms: &Adjacency<Arm>) -> Vec<Run> {
     let mut runs = Vec::new();
     for lattice in &model.lattices {
         let middle = lattice.first + lattice.columns + 1;
-        let links = model.links.of(middle);
-        if links.len() != 8 || lattice.columns < 2 + LONGEST_REGISTER {
+        let Ok(arms) = <[Arm; 8]>::try_from(arms.of(middle)) else { continue };
+        if lattice.columns < 2 + LONGEST_REGISTER {
             continue;
         }
-        let arms = std::array::from_fn(|arm| Arm {
-            offset: links[arm].other as isize - middle as isize,
-            rest: links[arm].rest,
-            stiffness: links[arm].stiffness,
-        });
         let row = |row| Run { first: lattice.first + row * lattice.columns + 1, len: lattice.columns - 2, arms };
         runs.extend((1..lattice.rows - 1).map(row));
     }
@@ -77,15 +84,15 @@ fn alone(particles: usize, runs: &[Run]) -> Vec<usize> {
     (0..particles).filter(|&particle| alone[particle]).collect()
 }
 
-/// The springs of one particle along its list of links.
-fn gather(links: &[Link], positions: &Vectors, particle: usize, forces: &mut Vectors) {
+/// The springs of one particle along its list.
+fn gather(arms: &[Arm], positions: &Vectors, particle: usize, forces: &mut Vectors) {
     let Vectors { x, y, z } = positions;
     let mut force = [0.0; 3];
-    for link in links {
-        let other = link.other as usize;
+    for &Arm { offset, rest, stiffness } in arms {
+        let other = particle.wrapping_add_signed(offset);
         let arm = [x[other] - x[particle], y[other] - y[particle], z[other] - z[particle]];
         let length = (arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2]).sqrt();
-        let factor = if length > 0.0 { link.stiffness * (1.0 - link.rest / length) } else { 0.0 };
+        let factor = if length > 0.0 { stiffness * (1.0 - rest / length) } else { 0.0 };
         (0..3).for_each(|axis| force[axis] += arm[axis] * factor);
     }
     [forces.x[particle], forces.y[particle], forces.z[particle]] = force;
