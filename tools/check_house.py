@@ -32,12 +32,13 @@ FORBIDDEN_IN_ENGINE = re.compile(
 
 # Modules of the package that may not import the ones on the right.
 PACKAGE_RULES: dict[str, set[str]] = {
-    "formats": {"cli", "cache", "render", "run", "simulation"},
-    "render": {"cli", "cache", "formats", "run", "simulation"},
-    "cache": {"cli", "render", "formats", "run"},
-    "scene": {"cli", "cache", "render", "run", "simulation"},
-    "simulation": {"cli", "render"},
-    "run": {"cli", "render"},
+    "formats": {"bench", "cli", "cache", "render", "run", "simulation"},
+    "render": {"bench", "cli", "cache", "formats", "run", "simulation"},
+    "cache": {"bench", "cli", "render", "formats", "run"},
+    "scene": {"bench", "cli", "cache", "render", "run", "simulation"},
+    "simulation": {"bench", "cli", "render"},
+    "run": {"bench", "cli", "render"},
+    "bench": {"cli", "cache", "render", "run"},
 }
 
 LONGEST_FILE = 450

@@ -162,5 +162,11 @@ class Engine:
         Raises:
             ValueError: damaged, or of another scene.
         """
+    def yardstick(self, repeats: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+        """Time one plain spring-force pass over the cloth in its present state, on one thread.
+
+        Returns:
+            Duration of each pass [s], shape (repeats,), and the spring forces [N], shape (vertices, 3).
+        """
     def state_hash(self) -> str:
         """XXH3 hash (16 hexadecimal digits) of positions and velocities."""

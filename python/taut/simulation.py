@@ -242,6 +242,22 @@ class Simulation:
                 on_frame(self)
         return self._report
 
+    def yardstick(self, repeats: int = 1) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+        """Time what a machine can do: one plain spring-force pass over this cloth, on one thread.
+
+        Benchmarks divide by it, since clocks differ between machines. Nothing moves.
+
+        Returns:
+            Duration of each pass [s], shape (repeats,), and the forces of the springs in the present state
+            [N], shape (vertices, 3).
+
+        Raises:
+            ValueError: `repeats` is below 1.
+        """
+        if operator.index(repeats) < 1:
+            raise ValueError(f"repeats = {repeats}: must be 1 or more passes")
+        return self._engine.yardstick(repeats)
+
     def _refresh(self) -> None:
         self._engine.read_state(*self._state)
 

@@ -13,8 +13,8 @@ use taut::scene::Scene;
 use taut::state::State;
 use taut::step::Work;
 
-use crate::arrays;
 use crate::{SimulationError, scene_error};
+use crate::{arrays, yardstick};
 
 /// See `_taut.pyi` for the documentation of the members.
 #[pyclass(frozen, module = "taut._taut")]
@@ -23,6 +23,9 @@ pub struct Engine {
     model: Model,
     running: Mutex<Running>,
 }
+
+/// Seconds of each pass, and the forces.
+type Timed<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f32>>);
 
 /// What a step changes.
 struct Running {
@@ -209,6 +212,12 @@ impl Engine {
         let state = State::from_bytes(snapshot, &self.model).map_err(|error| PyValueError::new_err(error.to_string()))?;
         self.with(py, |running| running.state = state);
         Ok(())
+    }
+
+    fn yardstick<'py>(&self, py: Python<'py>, repeats: usize) -> Timed<'py> {
+        let positions = self.with(py, |running| running.state.positions.clone());
+        let (seconds, forces) = py.detach(|| yardstick::measure(&self.model, &positions, repeats));
+        (PyArray1::from_vec(py, seconds), arrays::to_numpy(py, &forces))
     }
 
     fn state_hash(&self, py: Python<'_>) -> String {

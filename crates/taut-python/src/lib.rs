@@ -2,6 +2,7 @@
 
 mod arrays;
 mod engine;
+mod yardstick;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;

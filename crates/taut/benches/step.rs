@@ -7,7 +7,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use serde_json::{Value, json};
 use taut::filter::Limited;
-use taut::forces::{Forces, accumulate};
+use taut::forces::{Forces, external, kick};
 use taut::geometry::Pool;
 use taut::health::glance;
 use taut::model::Model;
@@ -41,7 +41,12 @@ fn benches(criterion: &mut Criterion) {
     for (name, wind) in [("forces, no wind", Value::Null), ("forces, gusty wind", gusty.clone())] {
         let (model, state) = flag("none", wind);
         let mut forces = Forces::new(&model);
-        group.bench_function(name, |bench| bench.iter(|| accumulate(&model, black_box(&state), &mut forces, &pool)));
+        group.bench_function(format!("external {name}"), |bench| {
+            bench.iter(|| external(&model, black_box(&state), &mut forces, &pool))
+        });
+        let mut velocities = state.velocities.clone();
+        let mut springs = || kick(&model, black_box(&state.positions), &mut velocities, 0.0, &mut forces, &pool);
+        group.bench_function(format!("springs, {name}"), |bench| bench.iter(&mut springs));
     }
     let (model, state) = flag("none", Value::Null);
     group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), Limited::default())));

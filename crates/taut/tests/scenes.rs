@@ -12,7 +12,7 @@ use taut::scene::{Scene, schema};
 fn grid(change: impl FnOnce(&mut Value)) -> Value {
     let mut scene = json!({
         "cloth": [{ "grid": { "size": [1.0, 1.0], "cells": [4, 4] }, "fabric": "silk", "pins": [{ "corner": "top-left" }] }],
-        "solver": { "substeps": 40 },
+        "solver": { "substeps": 40, "filter": "sweeps" },
     });
     change(&mut scene);
     scene
@@ -75,7 +75,7 @@ fn a_step_over_the_bound_can_be_forced_and_the_number_that_is_named_would_do() {
     let number = text.split("use at least ").nth(1).and_then(|rest| rest.split(',').next()).expect("a number");
     let substeps: u32 = number.parse().expect("a whole number");
     common::model(&grid(|s| s["solver"]["substeps"] = json!(substeps)));
-    common::model(&grid(|s| s["solver"] = json!({ "substeps": 1, "force_step": true })));
+    common::model(&grid(|s| s["solver"] = json!({ "substeps": 1, "force_step": true, "filter": "sweeps" })));
     assert_eq!(common::model(&grid(|s| s["solver"]["substeps"] = json!("auto"))).timing.substeps, substeps);
 }
 

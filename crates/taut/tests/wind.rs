@@ -6,7 +6,7 @@ mod common;
 use common::{mesh_model, model};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
-use taut::forces::{Forces, accumulate};
+use taut::forces::{Forces, external};
 use taut::geometry::Pool;
 use taut::model::{MeshData, Model};
 use taut::state::State;
@@ -33,8 +33,9 @@ fn half_cylinder(n: usize) -> MeshData {
 
 fn forces(model: &Model, state: &State) -> Vec<DVec3> {
     let mut forces = Forces::new(model);
-    accumulate(model, state, &mut forces, &Pool::new(1));
-    forces.total().iter().map(Vec3::as_dvec3).collect()
+    external(model, state, &mut forces, &Pool::new(1));
+    let masses = model.particles.mass.iter().map(|&mass| f64::from(mass));
+    forces.acceleration().iter().zip(masses).map(|(acceleration, mass)| acceleration.as_dvec3() * mass).collect()
 }
 
 fn wind_on_cylinder(n: usize, form: &str) -> Vec<DVec3> {

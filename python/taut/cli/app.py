@@ -2,7 +2,7 @@
 
 import typer
 
-from taut.cli import export, info, render, run, schema
+from taut.cli import bench, export, info, render, run, schema
 
 app = typer.Typer(
     help="Cloth that does not stretch: scene file in, moving cloth out.",
@@ -26,6 +26,7 @@ app.command("run")(run.command)
 app.command("render")(render.command)
 app.command("export")(export.command)
 app.command("info")(info.command)
+app.command("bench")(bench.command)
 app.command("schema")(schema.command)
 
 

@@ -17,14 +17,14 @@ pub struct Part {
 
 /// The parts of a step.
 ///
-/// Where a filter looks at every part, the paper's Euler method (section 3), velocity first: `V^(t+h) = V^t + F h / M`,
+/// Where the filter looks at every part, the paper's Euler method (section 3), velocity first: `V^(t+h) = V^t + F h / M`,
 /// `X^(t+h) = X^t + V^(t+h) h` (printed with V on the left; see docs/equations.md). Where it looks at several at once,
 /// leapfrog: its energy has no term in X V, so that what dampers and filters take from V is always taken from the energy.
 /// The second half of one part's drift and the first half of the next are one.
 pub fn parts(timing: &Timing) -> impl Iterator<Item = Part> {
     let count = timing.spring_steps;
     let length = (timing.step_length / f64::from(count)) as f32;
-    let half = if timing.divided { 0.5 * length } else { 0.0 };
+    let half = if count > 1 { 0.5 * length } else { 0.0 };
     (0..count).map(move |part| Part {
         before: if part == 0 { half } else { 0.0 },
         kick: length,

@@ -133,8 +133,6 @@ pub struct Timing {
     pub substeps: u32,
     /// h [s].
     pub step_length: f64,
-    /// Whether springs and dampers may go shorter steps than the filter.
-    pub divided: bool,
     /// Equal parts of a step in which springs are followed before the filter looks at where they lead.
     pub spring_steps: u32,
     /// Stages of the damping of a step.

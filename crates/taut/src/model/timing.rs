@@ -11,8 +11,11 @@ use crate::scene::{FilterKind, Scene, SceneError, Substeps};
 
 /// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
 const SAFETY: f64 = 0.9;
-/// Longest step that "auto" takes with the coarse-to-fine filter [s]: it is the motion's accuracy that asks for it.
+/// Longest step that "auto" takes with the coarse-to-fine filter [s], for the sake of the motion ..
 const LONGEST: f64 = 1.0 / 180.0;
+/// .. if its limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
+/// filter that looks at the whole step only cannot stop them; the step is shorter in proportion.
+const ROOMY: f64 = 0.1;
 
 /// The fastest rates in a model.
 #[derive(Debug, Clone, Copy)]
@@ -47,7 +50,13 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     let divided = scene.solver.filter == FilterKind::CoarseToFine;
     let bound = if divided { self::bound(0.0, drag) } else { self::bound(frequency_squared, damping + drag) };
     let frame = 1.0 / scene.fps;
-    let longest = if divided { LONGEST.min(SAFETY * bound) } else { SAFETY * bound };
+    let longest = if divided {
+        let spring_step = SAFETY * self::bound(frequency_squared, 0.0);
+        let room = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(ROOMY, f64::min) / ROOMY;
+        LONGEST.min((LONGEST * room).max(spring_step)).min(SAFETY * bound)
+    } else {
+        SAFETY * bound
+    };
     // A frame that is a whole number of longest steps but for rounding needs no further one.
     let enough = (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
     let substeps = match scene.solver.substeps {
@@ -73,7 +82,7 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     };
     let step_length = frame / f64::from(substeps);
     if !divided {
-        return Ok(Timing { substeps, step_length, divided, spring_steps: 1, damping_stages: u32::from(damping > 0.0), bound });
+        return Ok(Timing { substeps, step_length, spring_steps: 1, damping_stages: u32::from(damping > 0.0), bound });
     }
     let spring_steps = (step_length / (SAFETY * self::bound(frequency_squared, 0.0))).ceil().max(1.0);
     if spring_steps * f64::from(substeps) > MOST_STEPS {
@@ -83,7 +92,7 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     let rate = step_length * damping / SAFETY;
     // s stages are stable up to h g = s^2 + s.
     let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
-    Ok(Timing { substeps, step_length, divided, spring_steps: spring_steps as u32, damping_stages, bound })
+    Ok(Timing { substeps, step_length, spring_steps: spring_steps as u32, damping_stages, bound })
 }
 
 /// More steps a frame than this are a mistake in the scene.

@@ -1,0 +1,163 @@
+"""Time a scene, frame by frame, between two timings of the yardstick."""
+
+import time
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from taut.bench.scenes import Case
+from taut.simulation import Simulation
+
+YARDSTICK_SECONDS = 0.05
+"""How long passes of the yardstick are repeated before and after a scene [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Which part of a scene is timed: its first frames."""
+
+    frames: int = 60
+    """Most frames [1]."""
+    seconds: float = 5.0
+    """No further frame or repeat is begun that would not end within this time, nearly [s]."""
+    repeats: int = 1
+    """How often the frames are simulated at most [1]; of each the median time counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What was measured of a case; the columns of the history."""
+
+    scene: str
+    """Which scene."""
+    cells: int
+    """Cells along the shorter side [1]."""
+    strain_limit: float
+    """Lambda [1]."""
+    threads: int
+    """Worker threads [1]."""
+    vertices: int
+    """Particles [1]."""
+    frames: int
+    """Frames timed, from the start [1]."""
+    window: float
+    """Time simulated in them [s]."""
+    repeats: int
+    """How often [1]."""
+    steps_per_frame: int
+    """Steps a frame [1]."""
+    cycles_per_frame: float
+    """Cycles or sweeps of the filter, mean of the frames [1]."""
+    ms_per_frame: float
+    """Mean of the frames [ms]; the load varies, so this is what counts."""
+    ms_median: float
+    """Median of the frames [ms]."""
+    ms_worst: float
+    """Slowest frame [ms]."""
+    cpu_ms_per_frame: float
+    """Mean time on processors, that of all threads together [ms]."""
+    ns_per_particle_frame: float
+    """Mean time of a frame over the particles [ns]."""
+    ns_per_particle_step: float
+    """The same over the steps [ns]."""
+    worst_stretch: float
+    """After any step [1]."""
+    cuts: int
+    """Steps that the certificate had to shorten, in the window [1]."""
+    yardstick_ms: float
+    """One plain spring-force pass over the same cloth, one thread, median [ms]."""
+    ratio: float
+    """ms_per_frame / yardstick_ms [1]."""
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether something else kept the processor busy: one thread, and much of the time it did not run."""
+        return self.threads == 1 and self.ms_per_frame > 1.1 * self.cpu_ms_per_frame + 0.05
+
+
+COLUMNS = tuple(field.name for field in fields(Row))
+"""Names of the columns, in their order."""
+
+
+def measure(case: Case, window: Window) -> Row:
+    """Simulate the first frames of a case and time them.
+
+    Args:
+        case: what.
+        window: how much of it.
+
+    Raises:
+        SceneError: the case cannot be simulated.
+        SimulationError: a vertex became non-finite.
+        ValueError: the window has no frames, repeats or time.
+    """
+    if window.frames < 1 or window.repeats < 1 or not window.seconds > 0:
+        raise ValueError(f"{window}: frames and repeats must be 1 or more, seconds more than 0")
+    simulation = case.simulation()
+    start = simulation.snapshot()
+    passes = [_yardstick(simulation)]
+    timings = [_Timing.of(simulation, window.frames, window.seconds)]
+    first = sum(timings[0].ms) / 1e3
+    while len(timings) < window.repeats and first * (len(timings) + 1) <= window.seconds:
+        simulation.restore(start)
+        timings.append(_Timing.of(simulation, len(timings[0].ms)))
+    passes.append(_yardstick(simulation))
+    return _row(case, simulation, timings, 1e3 * float(np.median(np.concatenate(passes))))
+
+
+@dataclass(slots=True)
+class _Timing:
+    """One pass over the frames."""
+
+    ms: list[float]
+    cpu: float = 0.0
+    cycles: int = 0
+    cuts: int = 0
+    worst_stretch: float = -1.0
+
+    @classmethod
+    def of(cls, simulation: Simulation, frames: int, seconds: float = np.inf) -> "_Timing":
+        timing = cls([])
+        while len(timing.ms) < frames and sum(timing.ms) < 1e3 * seconds:
+            cpu, start = time.process_time(), time.perf_counter()
+            report = simulation.step(simulation.substeps)
+            timing.ms.append(1e3 * (time.perf_counter() - start))
+            timing.cpu += 1e3 * (time.process_time() - cpu)
+            timing.cycles += report.sweeps
+            timing.cuts += report.cuts
+            timing.worst_stretch = max(timing.worst_stretch, report.worst_stretch_in_steps)
+        return timing
+
+
+def _yardstick(simulation: Simulation) -> NDArray[np.float64]:
+    first, _ = simulation.yardstick(3)
+    seconds, _ = simulation.yardstick(max(10, min(1000, int(YARDSTICK_SECONDS / first.min()))))
+    return seconds
+
+
+def _row(case: Case, simulation: Simulation, timings: list[_Timing], yardstick: float) -> Row:
+    ms = np.median([timing.ms for timing in timings], axis=0)
+    mean, frames, particles = float(ms.mean()), len(ms), len(simulation.mass)
+    return Row(
+        scene=case.scene,
+        cells=case.cells,
+        strain_limit=case.strain_limit,
+        threads=simulation.threads,
+        vertices=particles,
+        frames=frames,
+        window=frames / simulation.scene.fps,
+        repeats=len(timings),
+        steps_per_frame=simulation.substeps,
+        cycles_per_frame=timings[0].cycles / frames,
+        ms_per_frame=mean,
+        ms_median=float(np.median(ms)),
+        ms_worst=float(ms.max()),
+        cpu_ms_per_frame=float(np.median([timing.cpu for timing in timings])) / frames,
+        ns_per_particle_frame=1e6 * mean / particles,
+        ns_per_particle_step=1e6 * mean / particles / simulation.substeps,
+        worst_stretch=timings[0].worst_stretch,
+        cuts=timings[0].cuts,
+        yardstick_ms=yardstick,
+        ratio=mean / yardstick,
+    )

@@ -1,0 +1,1 @@
+"""The table of targets: every row measured now, written into the documents. `python -m tools.targets`."""
