@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench schema figures clean
+.PHONY: setup demo test test-rust test-python lint bench peers schema figures clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built scenes/meshes/cape.obj
@@ -44,6 +44,9 @@ test-python: setup
 
 bench: setup
 	cargo bench --package taut
+
+peers: setup
+	$(BIN)/python benches/peers/run.py
 
 schema: setup
 	$(BIN)/taut schema > docs/scene.schema.json

@@ -1,0 +1,178 @@
+"""The search for an engine's cheapest setting that keeps a limit and still moves.
+
+Pure logic: what a setting does is asked of a function, so that the search can be tested with a fake engine.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+Value = str | int | float
+Settings = dict[str, Value]
+
+ROUNDING = 1e-4
+"""Stretch over the limit that counts as kept [1]: 32-bit positions of a fine cloth resolve no less."""
+LEAST_MOTION = 0.8
+"""Share of the reference's peak speed that a cloth must reach [1]; without this rule frozen cloth wins."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """Settings that differ in one number, the effort: iterations, substeps, quality."""
+
+    fixed: Settings
+    effort: str
+    least: int
+    most: int
+
+    def at(self, effort: int) -> Settings:
+        """The setting with this effort."""
+        return {**self.fixed, self.effort: effort}
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a setting did in one scene."""
+
+    worst: float | None
+    """Worst stretch [1]; None if it blew up or came to nothing."""
+    motion: float
+    """Peak speed of the centre of mass over the reference's [1]."""
+    cost: float
+    """CPU time of a frame [ms]."""
+    complete: bool = True
+    """Whether it reached the last frame."""
+    out_of_time: bool = False
+    """Whether that was for lack of time; else it blew up or failed."""
+
+    def keeps(self, limit: float) -> bool:
+        """Whether it is admissible at this limit."""
+        kept = self.worst is not None and self.worst <= limit + ROUNDING
+        return self.complete and kept and self.motion >= LEAST_MOTION
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a setting did in the scenes in which it was tried."""
+
+    settings: Settings
+    runs: tuple[Run, ...]
+    all_scenes: bool
+    """False if it was given up after the first scenes."""
+
+    @property
+    def cost(self) -> float:
+        """CPU time of a frame [ms], mean over the scenes."""
+        return sum(run.cost for run in self.runs) / len(self.runs)
+
+    @property
+    def worst(self) -> float | None:
+        """Worst stretch over the scenes [1]; None if it blew up in one."""
+        stretches = [run.worst for run in self.runs if run.worst is not None]
+        return max(stretches) if len(stretches) == len(self.runs) else None
+
+    @property
+    def motion(self) -> float:
+        """Least motion over the scenes [1]."""
+        return min(run.motion for run in self.runs)
+
+    def keeps(self, limit: float) -> bool:
+        """Whether it is admissible at this limit in every scene."""
+        return self.all_scenes and all(run.keeps(limit) for run in self.runs)
+
+
+RunOne = Callable[[Settings, str], Run | None]
+"""Runs a setting in a scene; None if no time is left for it."""
+
+
+def attempt(settings: Settings, scenes: Sequence[str], hopeless: float, run: RunOne) -> Trial | None:
+    """Try a setting in one scene after the other.
+
+    Args:
+        settings: what to try.
+        scenes: where.
+        hopeless: stretch [1] over which the other scenes are not tried any more.
+        run: runs it.
+
+    Returns:
+        What it did, or None if the time ran out before anything was known.
+    """
+    runs: list[Run] = []
+    for scene in scenes:
+        result = run(settings, scene)
+        if result is None:
+            break
+        runs.append(result)
+        if not result.complete or result.worst is None or result.worst > hopeless:
+            break
+    return Trial(settings, tuple(runs), len(runs) == len(scenes)) if runs else None
+
+
+def cheapest(trials: Iterable[Trial], limit: float) -> Trial | None:
+    """The cheapest trial that keeps a limit."""
+    return min((trial for trial in trials if trial.keeps(limit)), key=lambda trial: trial.cost, default=None)
+
+
+def search(
+    families: Iterable[Family], limits: Sequence[float], attempt: Callable[[Settings], Trial | None]
+) -> list[Trial]:
+    """Climb every family, doubling the effort; then try the middle between the last failure and the success.
+
+    A family is left when its setting keeps the tightest limit, does not finish in time, or costs more than
+    what already keeps every limit: more effort would only cost more. One that blew up is climbed on.
+
+    Args:
+        families: the most promising first.
+        limits: stretch to be kept [1].
+        attempt: tries a setting; None ends the search, for lack of time.
+
+    Returns:
+        Everything that was tried.
+    """
+    trials: list[Trial] = []
+    for family in families:
+        climbed: dict[int, Trial] = {}
+        effort = family.least
+        while effort <= family.most:
+            if not _try(family, effort, climbed, trials, attempt):
+                return trials
+            if _exhausted(climbed[effort], trials, limits):
+                break
+            effort *= 2
+        for middle in _middles(climbed, limits, trials):
+            if not _try(family, middle, climbed, trials, attempt):
+                return trials
+    return trials
+
+
+def _try(
+    family: Family,
+    effort: int,
+    climbed: dict[int, Trial],
+    trials: list[Trial],
+    attempt: Callable[[Settings], Trial | None],
+) -> bool:
+    trial = attempt(family.at(effort))
+    if trial is not None:
+        climbed[effort] = trial
+        trials.append(trial)
+    return trial is not None
+
+
+def _exhausted(trial: Trial, trials: Sequence[Trial], limits: Sequence[float]) -> bool:
+    if trial.keeps(min(limits)) or any(run.out_of_time for run in trial.runs):
+        return True
+    best = [cheapest(trials, limit) for limit in limits]
+    return all(winner is not None and winner.cost < trial.cost for winner in best)
+
+
+def _middles(climbed: Mapping[int, Trial], limits: Sequence[float], trials: Sequence[Trial]) -> list[int]:
+    """Even efforts between a failure and a success, where three quarters of its cost would win a limit."""
+    middles: set[int] = set()
+    for limit in limits:
+        kept = [effort for effort, trial in climbed.items() if trial.keeps(limit)]
+        winner = cheapest(trials, limit)
+        if kept and winner is not None:
+            effort = min(kept)
+            if effort >= 8 and effort // 2 in climbed and climbed[effort].cost * 0.75 < winner.cost:
+                middles.add(round(effort * 3 / 8) * 2)
+    return sorted(middles - climbed.keys())
