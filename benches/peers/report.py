@@ -34,12 +34,23 @@ def line(record: Record) -> str:
     return f"{head}; stretch {stretch}, peak speed {record.measured.peak_speed:.2f} m/s{end}"
 
 
-def write(
-    store: Store, reference: Reference, sizes: Sequence[int], limits: Sequence[float], documents: Path
-) -> None:
-    """Write the table between the markers of the page, and the plot."""
-    lines = [*_table(store, reference, sizes, limits), "", *_settings(store, reference, sizes, limits), ""]
-    lines += [_circumstances(store, reference)]
+Winner = tuple[Trial, float]
+"""The cheapest trial that keeps a limit, and its CPU time of a frame by the newest timing [ms]."""
+Board = dict[tuple[str, int], dict[float, Winner]]
+"""The winners of each engine and size, by limit; without engines and sizes that were not run."""
+
+
+def write(store: Store, reference: Reference, limits: Sequence[float], documents: Path) -> None:
+    """Write what is known between the markers of the page, and the plot."""
+    board = _board(store, reference, limits)
+    sizes = sorted({size for _, size in board})
+    lines = [
+        *_table(board, sizes, limits),
+        "",
+        *_settings(board, limits),
+        "",
+        _circumstances(store, reference),
+    ]
     page = documents / PAGE
     head, rest = page.read_text().split(BEGIN)
     page.write_text(head + BEGIN + "\n".join(lines) + "\n" + END + rest.split(END)[1])
@@ -47,67 +58,63 @@ def write(
     _plot(store, reference, documents / PICTURE)
 
 
-def _winners(
-    store: Store, engine: Engine, size: int, reference: Reference, limits: Sequence[float]
-) -> dict[float, tuple[Trial, float]]:
-    """The winner for each limit, and its cost by the newest timing [ms]."""
-    found = winners_of(trials_of(store, engine, size, reference), limits)
-    return {limit: (trial, timed(store, engine, size, trial)) for limit, trial in found.items()}
+def _board(store: Store, reference: Reference, limits: Sequence[float]) -> Board:
+    board: Board = {}
+    for engine in [TAUT, *PEERS]:
+        for size in store.sizes(engine.name, engine.version):
+            winners = winners_of(trials_of(store, engine, size, reference), limits)
+            board[engine.name, size] = {
+                limit: (trial, timed(store, engine, size, trial)) for limit, trial in winners.items()
+            }
+    return board
 
 
-def _table(store: Store, reference: Reference, sizes: Sequence[int], limits: Sequence[float]) -> list[str]:
+def _table(board: Board, sizes: Sequence[int], limits: Sequence[float]) -> list[str]:
     columns = [(size, limit) for size in sizes for limit in limits]
     titles = [f"{size}², {100 * limit:g} %" for size, limit in columns]
     rows = ["| CPU ms a frame | " + " | ".join(titles) + " |", "|---" * (len(columns) + 1) + "|"]
-    ours = {size: _winners(store, TAUT, size, reference, limits) for size in sizes}
     for engine in [TAUT, *PEERS]:
-        cells = []
-        for size in sizes:
-            winners = _winners(store, engine, size, reference, limits)
-            tried = any(True for _ in store.of(engine.name, engine.version, size))
-            cells += [_cell(limit, winners, ours[size], tried) for limit in limits]
+        cells = [_cell(board, engine, size, limit) for size, limit in columns]
         rows.append(f"| {engine.title} | " + " | ".join(cells) + " |")
     return rows
 
 
-def _cell(
-    limit: float,
-    winners: dict[float, tuple[Trial, float]],
-    ours: dict[float, tuple[Trial, float]],
-    tried: bool,
-) -> str:
-    if limit not in winners:
-        return "none found" if tried else "not run"
-    cost = winners[limit][1]
-    if winners is ours or limit not in ours:
-        return _figures(cost)
-    ratio = cost / ours[limit][1]
-    return _figures(cost) if winners == ours else f"{_figures(cost)} ({_figures(ratio)} ×)"
+def _cell(board: Board, engine: Engine, size: int, limit: float) -> str:
+    """The cost, and for a peer how many times taut's cost that is."""
+    if (engine.name, size) not in board:
+        return "not run"
+    if limit not in board[engine.name, size]:
+        return "none found"
+    _, cost = board[engine.name, size][limit]
+    ours = board.get((TAUT.name, size), {}).get(limit)
+    return (
+        _figures(cost)
+        if engine is TAUT or ours is None
+        else f"{_figures(cost)} ({_figures(cost / ours[1])} ×)"
+    )
 
 
-def _settings(store: Store, reference: Reference, sizes: Sequence[int], limits: Sequence[float]) -> list[str]:
-    rows = [
-        "| engine | size | limit | cheapest setting | worst stretch | motion |",
-        "|---|---|---|---|---|---|",
-    ]
-    for engine in [TAUT, *PEERS]:
-        for size in sizes:
-            for limit, (trial, _) in _winners(store, engine, size, reference, limits).items():
-                stretch = "" if trial.worst is None else f"{100 * trial.worst:.2f} %"
-                words = f"{_words(trial.settings)} | {stretch} | {100 * trial.motion:.0f} %"
-                rows.append(f"| {engine.title} | {size}² | {100 * limit:g} % | {words} |")
+def _settings(board: Board, limits: Sequence[float]) -> list[str]:
+    titles = ["engine", "size", "limit", "cheapest setting", "worst stretch", "motion"]
+    rows = ["| " + " | ".join(titles) + " |", "|---" * len(titles) + "|"]
+    names = {engine.name: engine.title for engine in [TAUT, *PEERS]}
+    for (name, size), winners in board.items():
+        for limit, (trial, _) in winners.items():
+            cells = [names[name], f"{size}²", f"{100 * limit:g} %", _words(trial.settings)]
+            cells += [f"{100 * (trial.worst or 0):.2f} %", f"{100 * trial.motion:.0f} %"]
+            rows.append("| " + " | ".join(cells) + " |")
     return rows
 
 
 def _circumstances(store: Store, reference: Reference) -> str:
-    versions = [
+    packages = [
         f"{engine.title}: {', '.join(engine.packages)}"
         for engine in PEERS
-        if any(True for size in (32, 64, 128) for _ in store.of(engine.name, engine.version, size))
+        if store.sizes(engine.name, engine.version)
     ]
     speeds = ", ".join(f"{scene} {speed:.2f} m/s" for scene, speed in reference.peak_speeds.items())
     return (
-        f"Measured on {store.machine}. {'; '.join(versions)}. Peak speed of the reference's centre of mass: "
+        f"Measured on {store.machine}. {'; '.join(packages)}. Peak speed of the reference's centre of mass: "
         f"{speeds}; a setting counts from {100 * LEAST_MOTION:.0f} % of it in both scenes."
     )
 

@@ -120,6 +120,11 @@ class Store:
             if (case.engine, case.version, case.size) == (engine, version, size):
                 yield record
 
+    def sizes(self, engine: str, version: str) -> list[int]:
+        """Sizes that an engine's version was run at, ascending."""
+        cases = [record.case for record in self._runs.values()]
+        return sorted({case.size for case in cases if (case.engine, case.version) == (engine, version)})
+
     @property
     def machine(self) -> str:
         """What the newest result was measured on."""
