@@ -14,7 +14,7 @@ ROUNDING = 1e-4
 LEAST_MOTION = 0.8
 """Share of the reference's peak speed that a cloth must reach [1]; without this rule frozen cloth wins."""
 REFINEMENTS = 2
-"""Times that the gap between a failure and a success is halved; two leave at most 1.25 times the least effort."""
+"""Times that the gap between a failure and a success is halved; two leave at most 1.25 times the least."""
 
 
 @dataclass(frozen=True)
