@@ -174,8 +174,27 @@ class TestSearch:
             return attempt(settings, SCENES, 0.2, fragile)
 
         trials = search([Family({}, "effort", 1, 1024)], LIMITS, try_it)
-        assert asked == [1, 2, 4, 8, 16]
+        assert asked == [1, 2, 4, 8, 16, 3]
         assert found(trials) == {0.10: 4, 0.05: 4, 0.01: None}
+
+    def test_a_family_is_left_when_more_effort_does_not_help(self) -> None:
+        stretches = {1: 0.50, 2: 0.30, 4: 0.15, 8: 0.145, 16: 0.12, 32: 0.13, 64: 0.11, 128: 0.05}
+        asked: list[int] = []
+
+        def stiff(settings: Settings, scene: str) -> Run:
+            asked.append(int(settings["effort"]))
+            return Run(stretches[asked[-1]], 1.0, cost=float(asked[-1]))
+
+        search(
+            [Family({}, "effort", 1, 1024)], LIMITS, lambda settings: attempt(settings, SCENES[:1], 1, stiff)
+        )
+        assert asked == [1, 2, 4, 8, 16, 32, 64]
+
+    def test_efforts_are_multiples_where_they_must_be(self) -> None:
+        fake = Fake(stretch=1.0)
+        search([Family({}, "effort", 8, 1024, multiple=4)], LIMITS, fake.attempt)
+        assert {effort % 4 for _, effort in fake.asked} == {0}
+        assert 20 in [effort for _, effort in fake.asked]
 
     def test_the_search_ends_when_the_time_is_spent(self) -> None:
         fake = Fake(stretch=1.0)

@@ -3,6 +3,7 @@
 Pure logic: what a setting does is asked of a function, so that the search can be tested with a fake engine.
 """
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -25,6 +26,8 @@ class Family:
     effort: str
     least: int
     most: int
+    multiple: int = 1
+    """Efforts must be multiples of this; the least one is."""
 
     def at(self, effort: int) -> Settings:
         """The setting with this effort."""
@@ -120,7 +123,8 @@ def search(
     """Climb every family, doubling the effort; then bisect twice between the last failure and the success.
 
     A family is left when its setting keeps the tightest limit, does not finish in time, or costs more than
-    what already keeps every limit: more effort would only cost more. One that blew up is climbed on.
+    what already keeps every limit: more effort would only cost more; and when two doublings did not lower
+    the stretch. One that blew up is climbed on.
 
     Args:
         families: the most promising first.
@@ -137,11 +141,11 @@ def search(
         while effort <= family.most:
             if not _try(family, effort, climbed, trials, attempt):
                 return trials
-            if _exhausted(climbed[effort], trials, limits):
+            if _exhausted(climbed[effort], trials, limits) or _stalled(list(climbed.values())):
                 break
             effort *= 2
         for _ in range(REFINEMENTS):
-            for middle in _middles(climbed, limits, trials):
+            for middle in _middles(family, climbed, limits, trials):
                 if not _try(family, middle, climbed, trials, attempt):
                     return trials
     return trials
@@ -168,8 +172,18 @@ def _exhausted(trial: Trial, trials: Sequence[Trial], limits: Sequence[float]) -
     return all(winner is not None and winner.cost < trial.cost for winner in best)
 
 
-def _middles(climbed: Mapping[int, Trial], limits: Sequence[float], trials: Sequence[Trial]) -> list[int]:
-    """Even efforts between the first success and the failure below it, where their cost would win a limit."""
+def _stalled(climb: Sequence[Trial]) -> bool:
+    """Whether the last two steps of a climb lowered the stretch by less than a tenth."""
+    *before, last, now = [math.inf] * 2 + [
+        math.inf if trial.worst is None else trial.worst for trial in climb
+    ]
+    return min(last, now) > 0.9 * min(before, default=math.inf)
+
+
+def _middles(
+    family: Family, climbed: Mapping[int, Trial], limits: Sequence[float], trials: Sequence[Trial]
+) -> list[int]:
+    """Efforts between the first success and the failure below it, where their cost would win a limit."""
     middles: set[int] = set()
     for limit in limits:
         winner = cheapest(trials, limit)
@@ -177,7 +191,7 @@ def _middles(climbed: Mapping[int, Trial], limits: Sequence[float], trials: Sequ
         if winner is None or success is None:
             continue
         failure = max((effort for effort in climbed if effort < success), default=success)
-        middle = round((failure + success) / 4) * 2
+        middle = (failure + success) // 2 // family.multiple * family.multiple
         if failure < middle < success and climbed[success].cost * middle / success < winner.cost:
             middles.add(middle)
     return sorted(middles)
