@@ -190,6 +190,20 @@ class TestSearch:
         )
         assert asked == [1, 2, 4, 8, 16, 32, 64]
 
+    def test_a_family_is_left_when_more_effort_freezes_the_cloth(self) -> None:
+        motions = {1: 0.7, 2: 0.75, 3: 0.85, 4: 0.9, 8: 0.79}
+        asked: list[int] = []
+
+        def slow(settings: Settings, scene: str) -> Run:
+            asked.append(int(settings["effort"]))
+            return Run(0.2 / asked[-1], motions[asked[-1]], cost=float(asked[-1]))
+
+        trials = search(
+            [Family({}, "effort", 1, 16)], LIMITS, lambda settings: attempt(settings, SCENES[:1], 1, slow)
+        )
+        assert asked == [1, 2, 4, 8, 3]
+        assert found(trials) == {0.10: 3, 0.05: 4, 0.01: None}
+
     def test_efforts_are_multiples_where_they_must_be(self) -> None:
         fake = Fake(stretch=1.0)
         search([Family({}, "effort", 8, 1024, multiple=4)], LIMITS, fake.attempt)

@@ -123,8 +123,8 @@ def search(
     """Climb every family, doubling the effort; then bisect twice between the last failure and the success.
 
     A family is left when its setting keeps the tightest limit, does not finish in time, or costs more than
-    what already keeps every limit: more effort would only cost more; and when two doublings did not lower
-    the stretch. One that blew up is climbed on.
+    what already keeps every limit: more effort would only cost more; when two doublings did not lower the
+    stretch; and when more effort takes away motion that is missing already. One that blew up is climbed on.
 
     Args:
         families: the most promising first.
@@ -141,7 +141,8 @@ def search(
         while effort <= family.most:
             if not _try(family, effort, climbed, trials, attempt):
                 return trials
-            if _exhausted(climbed[effort], trials, limits) or _stalled(list(climbed.values())):
+            climb = list(climbed.values())
+            if _exhausted(climb[-1], trials, limits) or _stalled(climb) or _freezes(climb):
                 break
             effort *= 2
         for _ in range(REFINEMENTS):
@@ -178,6 +179,11 @@ def _stalled(climb: Sequence[Trial]) -> bool:
         math.inf if trial.worst is None else trial.worst for trial in climb
     ]
     return min(last, now) > 0.9 * min(before, default=math.inf)
+
+
+def _freezes(climb: Sequence[Trial]) -> bool:
+    """Whether the last step of a climb lost motion and has too little of it."""
+    return len(climb) > 1 and climb[-1].motion < min(LEAST_MOTION, climb[-2].motion)
 
 
 def _middles(
