@@ -204,6 +204,18 @@ class TestSearch:
         assert asked == [1, 2, 4, 8, 3]
         assert found(trials) == {0.10: 3, 0.05: 4, 0.01: None}
 
+    def test_finds_the_window_between_too_soft_and_frozen(self) -> None:
+        def narrow(settings: Settings, scene: str) -> Run:
+            effort = int(settings["effort"])
+            return Run(worst=1.0 / effort, motion=1.0 if effort < 13 else 0.7, cost=1.0)
+
+        trials = search(
+            [Family({}, "effort", 4, 64)], (0.1,), lambda settings: attempt(settings, SCENES[:1], 1, narrow)
+        )
+        winner = cheapest(trials, 0.1)
+        assert winner is not None
+        assert winner.settings == {"effort": 12}
+
     def test_efforts_are_multiples_where_they_must_be(self) -> None:
         fake = Fake(stretch=1.0)
         search([Family({}, "effort", 8, 1024, multiple=4)], LIMITS, fake.attempt)

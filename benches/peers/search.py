@@ -49,10 +49,13 @@ class Run:
     out_of_time: bool = False
     """Whether that was for lack of time; else it blew up or failed."""
 
+    def holds(self, limit: float) -> bool:
+        """Whether no edge went over this limit."""
+        return self.complete and self.worst is not None and self.worst <= limit + ROUNDING
+
     def keeps(self, limit: float) -> bool:
-        """Whether it is admissible at this limit."""
-        kept = self.worst is not None and self.worst <= limit + ROUNDING
-        return self.complete and kept and self.motion >= LEAST_MOTION
+        """Whether that is so and it moved: whether it is admissible at this limit."""
+        return self.holds(limit) and self.motion >= LEAST_MOTION
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,10 @@ class Trial:
     def motion(self) -> float:
         """Least motion over the scenes [1]."""
         return min(run.motion for run in self.runs)
+
+    def holds(self, limit: float) -> bool:
+        """Whether no edge went over this limit in any scene."""
+        return self.all_scenes and all(run.holds(limit) for run in self.runs)
 
     def keeps(self, limit: float) -> bool:
         """Whether it is admissible at this limit in every scene."""
@@ -189,15 +196,23 @@ def _freezes(climb: Sequence[Trial]) -> bool:
 def _middles(
     family: Family, climbed: Mapping[int, Trial], limits: Sequence[float], trials: Sequence[Trial]
 ) -> list[int]:
-    """Efforts between the first success and the failure below it, where their cost would win a limit."""
+    """Efforts between the first success and the failure below it, where their cost could win a limit.
+
+    A success either keeps a limit, or holds its stretch but has lost its motion: there may be a window
+    between too soft and frozen.
+    """
     middles: set[int] = set()
     for limit in limits:
-        winner = cheapest(trials, limit)
-        success = min((effort for effort, trial in climbed.items() if trial.keeps(limit)), default=None)
-        if winner is None or success is None:
-            continue
-        failure = max((effort for effort in climbed if effort < success), default=success)
-        middle = (failure + success) // 2 // family.multiple * family.multiple
-        if failure < middle < success and climbed[success].cost * middle / success < winner.cost:
-            middles.add(middle)
+        best = cheapest(trials, limit)
+        for succeeds in (Trial.keeps, Trial.holds):
+            success = min(
+                (effort for effort, trial in climbed.items() if succeeds(trial, limit)), default=None
+            )
+            if success is None:
+                continue
+            failure = max((effort for effort in climbed if effort < success), default=success)
+            middle = (failure + success) // 2 // family.multiple * family.multiple
+            cost = climbed[success].cost * middle / success
+            if failure < middle < success and (best is None or cost < best.cost):
+                middles.add(middle)
     return sorted(middles)
