@@ -4,6 +4,7 @@ BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
 .PHONY: setup demo test test-rust test-python lint bench targets schema figures clean
+.PHONY: setup demo test test-rust test-python lint bench peers schema figures clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built scenes/meshes/cape.obj
@@ -49,6 +50,9 @@ bench: setup
 # All rows, into the documents; with ROW=name one of them, to the terminal.
 targets: setup
 	$(BIN)/python -m tools.targets $(if $(ROW),--only $(ROW),--write)
+
+peers: setup
+	$(BIN)/python benches/peers/run.py
 
 schema: setup
 	$(BIN)/taut schema > docs/scene.schema.json

@@ -1,0 +1,168 @@
+"""The table in docs/peers.md and the plot docs/pictures/peers.png, from the results."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+
+from engines import PEERS, TAUT, Engine
+from judge import Reference, timed, trials_of, winners_of
+from search import LEAST_MOTION, Settings, Trial
+from store import Record, Store
+
+PAGE, PICTURE = "peers.md", "pictures/peers.png"
+BEGIN, END = "<!-- results: begin -->\n", "<!-- results: end -->"
+PLOTTED_SIZE = 64
+
+
+def line(record: Record) -> str:
+    """One record in words."""
+    case = record.case
+    head = f"{case.engine} {case.scene} {case.size}, {_words(case.settings)}: {record.cost:.2f} ms a frame"
+    if record.error is not None:
+        return f"{head}; {record.error}"
+    if record.measured is None:
+        return f"{head}; {len(record.cpu_ms)} frames timed again"
+    stretch = "unknown" if record.measured.worst is None else f"{100 * record.measured.worst:.2f} %"
+    end = (
+        ""
+        if record.complete
+        else f"; given up after {len(record.cpu_ms)} frames, {record.seconds:.0f} s would not do"
+    )
+    return f"{head}; stretch {stretch}, peak speed {record.measured.peak_speed:.2f} m/s{end}"
+
+
+Winner = tuple[Trial, float]
+"""The cheapest trial that keeps a limit, and its CPU time of a frame by the newest timing [ms]."""
+Board = dict[tuple[str, int], dict[float, Winner]]
+"""The winners of each engine and size, by limit; without engines and sizes that were not run."""
+
+
+def write(store: Store, reference: Reference, limits: Sequence[float], documents: Path) -> None:
+    """Write what is known between the markers of the page, and the plot."""
+    board = _board(store, reference, limits)
+    sizes = sorted({size for _, size in board})
+    lines = [
+        *_table(board, sizes, limits),
+        "",
+        *_settings(board, limits),
+        "",
+        _circumstances(store, reference),
+    ]
+    page = documents / PAGE
+    head, rest = page.read_text().split(BEGIN)
+    page.write_text(head + BEGIN + "\n".join(lines) + "\n" + END + rest.split(END)[1])
+    print("\n".join(lines))
+    _plot(store, reference, documents / PICTURE)
+
+
+def _board(store: Store, reference: Reference, limits: Sequence[float]) -> Board:
+    board: Board = {}
+    for engine in [TAUT, *PEERS]:
+        for size in store.sizes(engine.name, engine.version):
+            winners = winners_of(trials_of(store, engine, size, reference), limits)
+            board[engine.name, size] = {
+                limit: (trial, timed(store, engine, size, trial)) for limit, trial in winners.items()
+            }
+    return board
+
+
+def _table(board: Board, sizes: Sequence[int], limits: Sequence[float]) -> list[str]:
+    columns = [(size, limit) for size in sizes for limit in limits]
+    titles = [f"{size}², {100 * limit:g} %" for size, limit in columns]
+    rows = ["| CPU ms a frame | " + " | ".join(titles) + " |", "|---" * (len(columns) + 1) + "|"]
+    for engine in [TAUT, *PEERS]:
+        cells = [_cell(board, engine, size, limit) for size, limit in columns]
+        rows.append(f"| {engine.title} | " + " | ".join(cells) + " |")
+    return rows
+
+
+def _cell(board: Board, engine: Engine, size: int, limit: float) -> str:
+    """The cost, and for a peer how many times taut's cost that is."""
+    if (engine.name, size) not in board:
+        return "not run"
+    if limit not in board[engine.name, size]:
+        return "none found"
+    _, cost = board[engine.name, size][limit]
+    ours = board.get((TAUT.name, size), {}).get(limit)
+    return (
+        _figures(cost)
+        if engine is TAUT or ours is None
+        else f"{_figures(cost)} ({_figures(cost / ours[1])} ×)"
+    )
+
+
+def _settings(board: Board, limits: Sequence[float]) -> list[str]:
+    titles = ["engine", "size", "limit", "cheapest setting", "worst stretch", "motion"]
+    rows = ["| " + " | ".join(titles) + " |", "|---" * len(titles) + "|"]
+    names = {engine.name: engine.title for engine in [TAUT, *PEERS]}
+    for (name, size), winners in board.items():
+        for limit, (trial, _) in winners.items():
+            cells = [names[name], f"{size}²", f"{100 * limit:g} %", _words(trial.settings)]
+            cells += [f"{100 * (trial.worst or 0):.2f} %", f"{100 * trial.motion:.0f} %"]
+            rows.append("| " + " | ".join(cells) + " |")
+    return rows
+
+
+def _circumstances(store: Store, reference: Reference) -> str:
+    packages = [
+        f"{engine.title}: {', '.join(engine.packages)}"
+        for engine in PEERS
+        if store.sizes(engine.name, engine.version)
+    ]
+    speeds = ", ".join(f"{scene} {speed:.2f} m/s" for scene, speed in reference.peak_speeds.items())
+    return (
+        f"Measured on {store.machine}. {'; '.join(packages)}. Peak speed of the reference's centre of mass: "
+        f"{speeds}; a setting counts from {100 * LEAST_MOTION:.0f} % of it in both scenes."
+    )
+
+
+def _words(settings: Settings) -> str:
+    return ", ".join(
+        f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in settings.items()
+    )
+
+
+def _figures(value: float) -> str:
+    """Two significant figures, no exponent."""
+    digits = max(0, 1 - math.floor(math.log10(value))) if value > 0 else 0
+    return f"{value:.{digits}f}"
+
+
+def _plot(store: Store, reference: Reference, path: Path) -> None:
+    figure, axes = plt.subplots(figsize=(8, 5), layout="constrained")
+    for engine in [TAUT, *PEERS]:
+        trials = trials_of(store, engine, PLOTTED_SIZE, reference)
+        points = [
+            (trial.worst, timed(store, engine, PLOTTED_SIZE, trial))
+            for trial in trials
+            if trial.all_scenes and trial.worst is not None and trial.keeps(1.0)
+        ]
+        if points:
+            _series(axes, engine.title, points)
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="worst stretch in both scenes",
+        ylabel="CPU ms a frame, one thread",
+        title=f"{PLOTTED_SIZE} × {PLOTTED_SIZE} particles, 5 s: cost against stretch",
+    )
+    axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:g} %")
+    axes.grid(True, which="both", alpha=0.25)
+    axes.legend()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+def _series(axes: Axes, title: str, points: list[tuple[float, float]]) -> None:
+    """All settings as faint dots, the line through those that no other one beats in both figures."""
+    best: list[tuple[float, float]] = []
+    for point in sorted(points):
+        if not best or point[1] < best[-1][1]:
+            best.append(point)
+    [drawn] = axes.plot(*zip(*best, strict=True), marker="o", label=title)
+    axes.plot(*zip(*points, strict=True), linestyle="", marker=".", alpha=0.4, color=drawn.get_color())
