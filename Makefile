@@ -3,8 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench targets schema figures clean
-.PHONY: setup demo test test-rust test-python lint bench peers schema figures clean
+.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built scenes/meshes/cape.obj

@@ -78,7 +78,7 @@ impl Unit {
         let delta = BACK_OFF * strain / (1.0 + strain);
         let levels: Box<dyn Hierarchy> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
-            None => Box::new(general::GeneralLevels::new(model, cloth, delta)),
+            None => Box::new(general::GeneralLevels::new(model, cloth, strain, delta)),
         };
         let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * delta);
         Some(Self { cloth: cloth.clone(), certificate: Certificate::new(model, cloth), levels, enough })

@@ -1,0 +1,198 @@
+//! From a level to the next coarser one.
+//!
+//! Some particles are chosen so that none is near another and none is far from all. Coarse springs join those around
+//! each other: many directions, so that a sheet that hangs between two of them cannot get much longer than they allow.
+
+use std::collections::VecDeque;
+
+use super::surface::{Search, Surface};
+use super::weights::weights;
+
+/// A chosen particle stands for those nearer than this, in mean distances of neighbours.
+const REACH: f32 = 2.0;
+/// Coarse springs are at most so many times longer than a chosen particle reaches.
+const LONGEST: f32 = 2.6;
+/// Coarse springs that begin at a particle, the shortest first.
+const MOST_SPRINGS: usize = 18;
+/// A spring is left out if two others in a row are not longer than it by more than this part.
+const DETOUR: f32 = 0.005;
+/// Neighbours of which the mean distance is taken.
+const NEIGHBOURS: usize = 6;
+/// A search visits at most this many particles of its level; on a flat cloth it meets about 100.
+const MOST_REACHED: usize = 400;
+
+/// A level before it is laid out: particles by their number in the cloth.
+pub(super) struct Draft {
+    /// Its particles.
+    pub nodes: Vec<u32>,
+    /// Places of the two ends in `nodes`, and the distance between them at rest [m].
+    pub springs: Vec<Bond>,
+    /// For each particle of the finer level: places in `nodes`, and weights.
+    pub weights: Vec<Vec<(u32, f32)>>,
+}
+
+pub(super) type Bond = ([u32; 2], f32);
+
+/// Places in a level with their distances.
+type Near = Vec<(u32, f32)>;
+
+const NONE: u32 = u32::MAX;
+
+/// What the choice of particles depends on.
+pub(super) struct Cloth<'a> {
+    pub surface: &'a Surface,
+    /// Which particles are held.
+    pub held: &'a [bool],
+    /// Those of higher rank are chosen first: held ones, corners, borders.
+    pub rank: &'a [u8],
+}
+
+/// The next level; its springs are few or none where there is nothing left to join.
+pub(super) fn coarser(fine: &Draft, cloth: &Cloth<'_>, search: &mut Search) -> Draft {
+    let choice = Choice::new(fine, cloth, search);
+    let mut coarse_of = vec![NONE; fine.nodes.len()];
+    for (coarse, &place) in choice.chosen.iter().enumerate() {
+        coarse_of[place as usize] = coarse as u32;
+    }
+    let (around, near) = choice.neighbours(&coarse_of);
+    let between = |a: u32, b: u32| around[a as usize].iter().find(|entry| entry.0 == b).map(|entry| entry.1);
+    let follow = |(&own, near): (&u32, &Near)| if own == NONE { weights(near, between) } else { vec![(own, 1.0)] };
+    let weights = coarse_of.iter().zip(&near).map(follow).collect();
+    let nodes: Vec<u32> = choice.chosen.iter().map(|&place| fine.nodes[place as usize]).collect();
+    let springs = springs(&around, between, |coarse| cloth.held[nodes[coarse as usize] as usize]);
+    without_loose_ends(Draft { nodes, springs, weights })
+}
+
+/// The particles chosen from a level.
+struct Choice {
+    /// Places in the finer level.
+    chosen: Vec<u32>,
+    /// For each of them the places around it, the nearest first.
+    reached: Vec<Near>,
+}
+
+impl Choice {
+    fn new(fine: &Draft, cloth: &Cloth<'_>, search: &mut Search) -> Self {
+        let mut place = vec![NONE; cloth.held.len()];
+        for (index, &node) in fine.nodes.iter().enumerate() {
+            place[node as usize] = index as u32;
+        }
+        let most = MOST_REACHED * cloth.held.len() / fine.nodes.len();
+        let spacing = spacing(fine);
+        let mut covered = vec![false; fine.nodes.len()];
+        let mut choice = Self { chosen: Vec::new(), reached: Vec::new() };
+        let mut front = VecDeque::new();
+        let mut consider = |index: u32, front: &mut VecDeque<u32>| {
+            if covered[index as usize] {
+                return;
+            }
+            let reach = REACH * spacing[index as usize];
+            search.run(cloth.surface, fine.nodes[index as usize], LONGEST * reach, most);
+            let on_level = search.reached.iter().filter(|&&node| place[node as usize] != NONE);
+            let mut list: Near = on_level.map(|&node| (place[node as usize], search.distance(node))).collect();
+            list.sort_by(by_distance);
+            for &(other, distance) in &list {
+                if distance < reach {
+                    covered[other as usize] = true;
+                } else {
+                    front.push_back(other);
+                }
+            }
+            choice.chosen.push(index);
+            choice.reached.push(list);
+        };
+        let highest = cloth.rank.iter().copied().max().unwrap_or(0);
+        let all = 0..fine.nodes.len() as u32;
+        for rank in (1..=highest).rev() {
+            let ranked = all.clone().filter(|&index| cloth.rank[fine.nodes[index as usize] as usize] == rank);
+            ranked.for_each(|index| consider(index, &mut front));
+        }
+        // The others as a front that spreads from those, so that they stand close.
+        for start in all {
+            front.push_back(start);
+            while let Some(index) = front.pop_front() {
+                consider(index, &mut front);
+            }
+        }
+        choice
+    }
+
+    /// The chosen ones around each chosen one, and around each particle of the finer level; the nearest first.
+    fn neighbours(&self, coarse_of: &[u32]) -> (Vec<Near>, Vec<Near>) {
+        let mut around = vec![Near::new(); self.chosen.len()];
+        let mut near = vec![Near::new(); coarse_of.len()];
+        for (coarse, list) in (0_u32..).zip(&self.reached) {
+            for &(place, distance) in list {
+                near[place as usize].push((coarse, distance));
+                let other = coarse_of[place as usize];
+                if other != NONE && other != coarse {
+                    around[coarse as usize].push((other, distance));
+                    around[other as usize].push((coarse, distance));
+                }
+            }
+        }
+        for list in &mut around {
+            list.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            list.dedup_by_key(|entry| entry.0);
+        }
+        around.iter_mut().chain(&mut near).for_each(|list| list.sort_by(by_distance));
+        (around, near)
+    }
+}
+
+fn by_distance(a: &(u32, f32), b: &(u32, f32)) -> std::cmp::Ordering {
+    a.1.total_cmp(&b.1).then(a.0.cmp(&b.0))
+}
+
+/// The mean distance of each particle's nearest neighbours [m].
+fn spacing(level: &Draft) -> Vec<f32> {
+    let mut lengths: Vec<Vec<f32>> = vec![Vec::new(); level.nodes.len()];
+    for &(ends, length) in &level.springs {
+        ends.iter().for_each(|&end| lengths[end as usize].push(length));
+    }
+    let mean = |list: &mut Vec<f32>| {
+        list.sort_by(f32::total_cmp);
+        list.truncate(NEIGHBOURS);
+        list.iter().sum::<f32>() / list.len().max(1) as f32
+    };
+    lengths.iter_mut().map(mean).collect()
+}
+
+/// Joins each chosen particle to those around it, except where a way over another is as short.
+fn springs(around: &[Near], between: impl Fn(u32, u32) -> Option<f32>, held: impl Fn(u32) -> bool) -> Vec<Bond> {
+    let mut springs = Vec::new();
+    for (a, list) in (0_u32..).zip(around) {
+        let mut kept = Near::new();
+        for &(b, distance) in list {
+            let is_detour = |&(c, to): &(u32, f32)| between(c, b).is_some_and(|from| to + from <= (1.0 + DETOUR) * distance);
+            if kept.len() < MOST_SPRINGS && !kept.iter().any(is_detour) {
+                kept.push((b, distance));
+            }
+        }
+        springs.extend(kept.into_iter().map(|(b, distance)| ([a.min(b), a.max(b)], distance)));
+    }
+    springs.retain(|&([a, b], distance)| distance > 0.0 && !(held(a) && held(b)));
+    springs.sort_by_key(|spring| spring.0);
+    springs.dedup_by_key(|spring| spring.0);
+    springs
+}
+
+/// Leaves out the particles without a spring.
+fn without_loose_ends(draft: Draft) -> Draft {
+    let Draft { nodes, mut springs, mut weights } = draft;
+    let mut place = vec![NONE; nodes.len()];
+    springs.iter().flat_map(|spring| spring.0).for_each(|end| place[end as usize] = 0);
+    let mut kept = Vec::new();
+    for (place, node) in place.iter_mut().zip(nodes).filter(|(place, _)| **place != NONE) {
+        *place = kept.len() as u32;
+        kept.push(node);
+    }
+    springs.iter_mut().for_each(|(ends, _)| *ends = ends.map(|end| place[end as usize]));
+    for list in &mut weights {
+        list.retain_mut(|(coarse, _)| {
+            *coarse = place[*coarse as usize];
+            *coarse != NONE
+        });
+    }
+    Draft { nodes: kept, springs, weights }
+}
