@@ -80,15 +80,6 @@ impl ColouredSprings {
         }
         found
     }
-
-    /// Largest |P_uv| / R.
-    pub fn worst(&self, ends_of_step: &Vectors) -> f32 {
-        let ratio = |spring: &Spring| {
-            let [u, v] = spring.ends.map(|end| ends_of_step.get(end as usize));
-            (v - u).length_squared() / (spring.limit * spring.limit)
-        };
-        self.springs.iter().map(ratio).fold(0.0, f32::max).sqrt()
-    }
 }
 
 /// How to pass over the springs.

@@ -70,7 +70,8 @@ fn drafts(model: &Model, cloth: &ClothRange) -> Vec<Draft> {
         let [u, v] = model.springs.ends[spring].map(|end| held[end as usize - cloth.first]);
         !(u && v)
     });
-    let bond = |spring: usize| (model.springs.ends[spring].map(|end| place[end as usize - cloth.first]), model.springs.rest[spring]);
+    let bond =
+        |spring: usize| (model.springs.ends[spring].map(|end| place[end as usize - cloth.first]), model.springs.rest[spring]);
     let springs = movable.map(bond).collect();
     let mut drafts = vec![Draft { nodes, springs, weights: Vec::new() }];
     let mut search = Search::new(cloth.count);
@@ -114,7 +115,9 @@ fn orders(drafts: &[Draft]) -> Vec<Vec<u32>> {
         if let (Some(above), Some(coarse)) = (orders.last(), drafts.get(index + 1)) {
             let leader = |node: u32| {
                 let list = &coarse.weights[node as usize];
-                list.iter().reduce(|best, next| if next.1 > best.1 { next } else { best }).map_or(u32::MAX, |best| above[best.0 as usize])
+                list.iter()
+                    .reduce(|best, next| if next.1 > best.1 { next } else { best })
+                    .map_or(u32::MAX, |best| above[best.0 as usize])
             };
             sorted.sort_by_cached_key(|&node| (leader(node), node));
         }

@@ -60,7 +60,7 @@ impl Level {
     /// Sets the gains to zero.
     pub fn forget(&mut self) {
         let Vectors { x, y, z } = &mut self.d;
-        [x, y, z].map(|column| column.fill(0.0));
+        [x, y, z].into_iter().for_each(|column| column.fill(0.0));
     }
 
     /// Adds what the coarser level gained.
