@@ -9,11 +9,11 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Solver {
-    /// Steps per frame [1]: "auto" (from the stability bound of springs and damping) or a number.
+    /// Steps per frame [1]: "auto" (from the stability bound; with "coarse_to_fine", whose steps springs and dampers divide further, from accuracy and drag) or a number.
     pub substeps: Substeps,
     /// Allow a step over the stability bound (true, false).
     pub force_step: bool,
-    /// How velocities and positions advance: "euler" (the paper's, velocity first).
+    /// How velocities and positions advance: "euler" (the paper's, velocity first); where "coarse_to_fine" divides a step, leapfrog inside it.
     pub integrator: IntegratorKind,
     /// What limits the stretch: "coarse_to_fine" (no spring over its limit, ever), "sweeps", "sequential" (the paper's steps 1 to 6 to the letter) or "none".
     pub filter: FilterKind,
