@@ -1,5 +1,6 @@
 //! The Python surface of taut: arrays in, arrays out, errors mapped. No logic of its own.
 
+mod memory;
 mod arrays;
 mod engine;
 mod yardstick;
@@ -26,6 +27,9 @@ fn resolve_scene(document: &str) -> PyResult<(String, Vec<String>)> {
     let scene = Scene::from_json(document).map_err(scene_error)?;
     Ok((scene.to_json(), scene.warnings()))
 }
+
+#[global_allocator]
+static MEMORY: memory::LineAligned = memory::LineAligned;
 
 #[pymodule]
 fn _taut(module: &Bound<'_, PyModule>) -> PyResult<()> {
