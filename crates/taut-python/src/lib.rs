@@ -1,8 +1,8 @@
 //! The Python surface of taut: arrays in, arrays out, errors mapped. No logic of its own.
 
-mod memory;
 mod arrays;
 mod engine;
+mod memory;
 mod yardstick;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};

@@ -94,10 +94,12 @@ impl Wave {
                 let finished = &finished[number];
                 let rising = &mut rising;
                 if ahead > 0.0 {
-                    let group = Group::<true> { outside: &outside, constants, rows, parts, ahead, before, last, finished, rising };
+                    let group =
+                        Group::<true> { outside: &outside, constants, rows, parts, ahead, before, last, finished, rising };
                     Arch::new().dispatch(group);
                 } else {
-                    let group = Group::<false> { outside: &outside, constants, rows, parts, ahead, before, last, finished, rising };
+                    let group =
+                        Group::<false> { outside: &outside, constants, rows, parts, ahead, before, last, finished, rising };
                     Arch::new().dispatch(group);
                 }
             }

@@ -87,7 +87,14 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     };
     let step_length = frame / f64::from(substeps);
     if !divided {
-        return Ok(Timing { substeps, step_length, spring_steps: 1, springs_ahead: 0.0, damping_stages: u32::from(damping > 0.0), bound });
+        return Ok(Timing {
+            substeps,
+            step_length,
+            spring_steps: 1,
+            springs_ahead: 0.0,
+            damping_stages: u32::from(damping > 0.0),
+            bound,
+        });
     }
     let spring_steps = (step_length / (SAFETY * self::bound(frequency_squared, 0.0))).ceil().max(1.0);
     if spring_steps * f64::from(substeps) > MOST_STEPS {
@@ -97,7 +104,8 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     let rate = step_length * damping / SAFETY;
     // s stages are stable up to h g = s^2 + s.
     let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
-    let springs_ahead = if spring_steps > 1.0 && damping * step_length < CALM { CALM / (step_length * frequency_squared) } else { 0.0 };
+    let springs_ahead =
+        if spring_steps > 1.0 && damping * step_length < CALM { CALM / (step_length * frequency_squared) } else { 0.0 };
     Ok(Timing { substeps, step_length, spring_steps: spring_steps as u32, springs_ahead, damping_stages, bound })
 }
 
