@@ -44,6 +44,28 @@ fn a_spring_has_the_period_of_its_mass_and_stiffness() {
 }
 
 #[test]
+fn weights_add_inertia_and_gravity_and_the_air_does_not_see_them() {
+    // On a spring: the period of both masses together.
+    let mut cloth = network(&[[0.0; 3], [0.0, 0.0, 1.0]], &[[0, 1]], 0.01);
+    (cloth["stiffness"], cloth["pins"]) = (json!(20.0), json!([{ "vertices": [0] }]));
+    cloth["weights"] = json!([{ "vertices": [1, 1], "mass": 0.03 }, { "nearest": [0, 0, 1], "mass": 0.01 }]);
+    let mut run = Simulation::new(&scene_of(cloth, 40, "none", 0.0));
+    run.state.velocities.set(1, Vec3::new(0.0, 0.0, 0.2));
+    let quarter = 0.25 * std::f64::consts::TAU * (0.05_f64 / 20.0).sqrt();
+    run.steps((2.0 * quarter / run.step_length()).round() as u64);
+    assert!((f64::from(run.state.positions.z[1]) - 1.0).abs() < 1e-4, "not back after half a period");
+    // In still air: terminal velocity (M + m) g / (M k_A).
+    let mut cloth = network(&[[0.0; 3], [1.0, 0.0, 0.0]], &[], 0.1);
+    (cloth["air_drag"], cloth["weights"]) = (json!(2.5), json!([{ "vertices": [1], "mass": 0.1 }]));
+    let mut run = Simulation::new(&scene_of(cloth, 4, "none", G));
+    run.steps(2400);
+    for (point, factor) in [(0, 1.0), (1, 2.0)] {
+        assert!((f64::from(run.state.velocities.z[point]) / (-G / 2.5 * factor) - 1.0).abs() < 1e-5);
+    }
+    assert!((run.steps(0).last.kinetic_energy / (0.5 * 0.1 * (G / 2.5).powi(2) * (1.0 + 2.0 * 4.0)) - 1.0).abs() < 1e-4);
+}
+
+#[test]
 fn free_fall_is_late_by_half_a_step_exactly() {
     let mut run = Simulation::new(&scene_of(network(&[[0.0; 3]], &[], 0.1), 4, "none", G));
     run.steps(240);
@@ -64,11 +86,18 @@ fn stokes_drag_ends_at_g_over_k() {
 
 #[test]
 fn wind_ends_the_fall_of_a_flat_sheet_at_its_terminal_velocity() {
-    for form in ["particle", "triangle"] {
+    for (form, weight) in [("particle", 0.0), ("triangle", 0.0), ("triangle", 0.6)] {
         let (density, drag) = (0.2, 1.2);
+        // As much on the border and in the corners as the cloth itself has there, in proportion: it falls flat.
+        let spread = |index: u32| [index % 10, index / 10].iter().map(|at| if at % 9 == 0 { 0.5 } else { 1.0 }).product::<f64>();
+        let weights: Value = match weight {
+            0.0 => json!([]),
+            _ => (0..100).map(|index| json!({ "vertices": [index], "mass": weight * spread(index) / 81.0 })).collect(),
+        };
         let cloth = json!({
             "grid": { "size": [1.0, 1.0], "cells": [9, 9], "axes": ["x", "y"] },
             "density": density, "drag_coefficient": drag, "air_drag": 0.0, "stiffness": 50.0, "damping": 0.05,
+            "weights": weights,
         });
         let mut scene = scene_of(cloth, 30, "sweeps", G);
         scene["wind"] = json!({ "model": form, "density": 1.2 });
@@ -76,8 +105,8 @@ fn wind_ends_the_fall_of_a_flat_sheet_at_its_terminal_velocity() {
         run.steps(30 * 60 * 4);
         let count = run.model.particle_count() as f64;
         let speed = -run.state.velocities.z.iter().map(|&z| f64::from(z)).sum::<f64>() / count;
-        let expected = (2.0 * density * G / (1.2 * drag)).sqrt();
-        assert!((speed / expected - 1.0).abs() < 0.005, "{form}: {speed} m/s instead of {expected} m/s");
+        let expected = (2.0 * (density + weight) * G / (1.2 * drag)).sqrt();
+        assert!((speed / expected - 1.0).abs() < 0.005, "{form}, {weight} kg: {speed} m/s instead of {expected} m/s");
     }
 }
 

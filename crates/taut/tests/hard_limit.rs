@@ -97,7 +97,9 @@ fn pins_torn_at_a_hundred_metres_per_second_leave_the_state_finite() {
 #[test]
 fn a_free_sheet_and_a_free_dumbbell_keep_their_momentum() {
     let dumbbell = network(&[[0.0; 3], [1.0, 0.0, 0.0]], &[[0, 1]], 0.1);
-    for cloth in [sheet([17, 12], 0.05, json!([])), dumbbell] {
+    let mut weighted = sheet([17, 12], 0.05, json!([]));
+    weighted["weights"] = json!([{ "corner": "top-right", "mass": 0.01 }, { "edge": "left", "mass": 0.05 }]);
+    for cloth in [sheet([17, 12], 0.05, json!([])), dumbbell, weighted] {
         let mut cloth = cloth;
         cloth["air_drag"] = json!(0.0);
         let mut run = Simulation::new(&scene_of(cloth, 24, "coarse_to_fine", 0.0));
