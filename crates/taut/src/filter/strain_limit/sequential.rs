@@ -95,7 +95,7 @@ impl StrainLimit for Sequential {
         }
         ends.copy_from(&state.positions);
         ends.add_scaled(&state.velocities, step, pool);
-        Limited { springs, sweeps: 1, cuts: 0 }
+        Limited { springs, sweeps: 1, ..Limited::default() }
     }
 }
 
