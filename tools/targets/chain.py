@@ -55,7 +55,7 @@ def swing(effort: Effort) -> Row:
         period, kept = _measure(substeps, periods)
         met = met and abs(period / PERIOD - 1) <= 1e-3 and kept >= 0.98
         parts.append(
-            f"{name}: period {100 * (period / PERIOD - 1):+.2f} %, energy {kept:.3f} after {periods} periods"
+            f"{name}: period {100 * (period / PERIOD - 1):+.3f} %, energy {kept:.4f} after {periods} periods"
         )
     return Row(
         "chain of 32 links, automatic and 1/240 s steps: period within 0.1 %, energy after 10 periods ≥ 0.98",
