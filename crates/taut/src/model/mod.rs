@@ -10,8 +10,10 @@ mod network;
 mod part;
 mod pins;
 mod reach;
+mod selection;
 mod springs;
 mod timing;
+mod weights;
 mod winding;
 
 use std::ops::Range;

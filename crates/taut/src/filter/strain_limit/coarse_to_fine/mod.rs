@@ -68,6 +68,7 @@ impl StrainLimit for CoarseToFine {
             limited.springs += done.springs;
             limited.sweeps += done.sweeps;
             limited.cuts += done.cuts;
+            limited.held_back_pins += done.held_back_pins;
         }
         limited
     }
@@ -113,6 +114,7 @@ impl Unit {
         let step = model.timing.step_length as f32;
         self.levels.store(step, &state.positions, ends, &mut state.velocities);
         limited.cuts = u32::from(self.certificate.enforce(model, state, ends, frame));
+        limited.held_back_pins = if frame.is_none() { limited.cuts } else { 0 };
         limited
     }
 }
