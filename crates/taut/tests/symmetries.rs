@@ -9,7 +9,6 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use taut::filter::{Filter, Limited, apply};
 use taut::geometry::{Pool, Vectors};
-use taut::integrate::drift;
 use taut::model::{MeshData, Model};
 use taut::state::State;
 
@@ -95,7 +94,7 @@ fn crooked(cells: [usize; 2], seed: u32, number: impl Fn(usize) -> u32) -> MeshD
 /// A step that the filter is asked about.
 fn ends_of(model: &Model, state: &State) -> Vectors {
     let mut ends = state.positions.clone();
-    drift(&mut ends, &state.velocities, model.timing.step_length as f32, &Pool::new(1));
+    ends.add_scaled(0..model.particle_count(), &state.velocities, model.timing.step_length as f32, &Pool::new(1));
     ends
 }
 
