@@ -44,11 +44,13 @@ fn flag(cells: [u32; 2], filter: &str, wind: &str) -> Value {
     })
 }
 
+const FILTERS: [&str; 9] =
+    ["coarse_to_fine", "sweeps", "sequential", "none", "provot", "rods", "fast_projection", "tethers", "xpbd"];
+
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    for (filter, wind) in
-        [("coarse_to_fine", "particle"), ("sweeps", "particle"), ("none", "triangle"), ("sequential", "particle")]
-    {
+    let winds = FILTERS.map(|filter| (filter, if filter == "none" { "triangle" } else { "particle" }));
+    for (filter, wind) in winds {
         // Large enough that every parallel loop is handed out.
         let scene = flag([144, 96], filter, wind);
         let hashes: Vec<u64> = [1, 2, 3, 4, 8]
@@ -78,7 +80,7 @@ const GOLDEN: [&str; 4] = ["49338195e0fbe2a6", "19292bdd5e26b8dd", "bd5a97b5f902
 
 #[test]
 fn a_step_allocates_nothing() {
-    for filter in ["coarse_to_fine", "sweeps", "sequential", "none"] {
+    for filter in FILTERS {
         let mut run = Simulation::new(&flag([48, 32], filter, "particle"));
         run.steps(2);
         let before = ALLOCATIONS.with(Cell::get);

@@ -11,6 +11,7 @@ mod part;
 mod pins;
 mod reach;
 mod springs;
+mod suits;
 mod timing;
 mod winding;
 

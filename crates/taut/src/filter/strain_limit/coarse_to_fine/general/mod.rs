@@ -8,7 +8,6 @@
 mod build;
 mod coarsen;
 mod level;
-mod surface;
 mod tiles;
 mod weights;
 
