@@ -17,6 +17,10 @@
 //! *When it stops.* The constraint is equality, whatever lambda; lambda is how far a thread may be off its length when the
 //! iterations stop. There is always one: the paper's loop, entered only beyond the tolerance, would let the cloth creep
 //! to 1 + lambda and snap back to 1.
+//!
+//! *Ours.* A thread that is just straight between two pins makes the system singular, and Newton's method overshoots
+//! there. The diagonal is made a little larger, and a step that makes the constraints worse, in the sum of their squares,
+//! is halved. Elsewhere both do nothing.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::sparse::linalg::SupernodalThreshold;
@@ -32,8 +36,10 @@ use crate::model::{Adjacency, ClothRange, Model};
 use crate::scene::FilterKind;
 use crate::state::State;
 
-/// Added to the diagonal, as a part of it: a thread between two pins that is just straight makes the system singular.
+/// Added to the diagonal, as a part of it.
 const SOFTNESS: f64 = 1e-6;
+/// A Newton step is halved at most so many times.
+const MOST_HALVINGS: u32 = 6;
 /// Positions are rounded to single precision; threads that are off their length by less are left alone.
 const ROUNDING: f64 = 2e-6;
 
@@ -66,15 +72,26 @@ struct Threads {
     threads: Vec<Thread>,
     /// W of the cloth's particles [1/kg].
     weights: Vec<f64>,
-    /// P [m]; where it began [m].
+    /// P [m]; where it began, where this iteration began and its Newton step [m].
     p: Vec<DVec3>,
     start: Vec<DVec3>,
+    before: Vec<DVec3>,
+    newton: Vec<DVec3>,
     /// Half of dC/dP_v of each thread: P_uv / L.
     slope: Vec<DVec3>,
     /// C, then m.
     multipliers: Vec<f64>,
     system: System,
     tolerance: f64,
+}
+
+/// How far threads are off their lengths.
+#[derive(Clone, Copy)]
+struct Off {
+    /// The largest | |P_uv| / L - 1 |.
+    worst: f64,
+    /// The sum of C^2 [m^2].
+    squares: f64,
 }
 
 struct Thread {
@@ -106,6 +123,8 @@ impl Threads {
             system: System::new(&threads, &weights)?,
             p: vec![DVec3::ZERO; cloth.count],
             start: vec![DVec3::ZERO; cloth.count],
+            before: vec![DVec3::ZERO; cloth.count],
+            newton: vec![DVec3::ZERO; cloth.count],
             slope: vec![DVec3::ZERO; threads.len()],
             multipliers: vec![0.0; threads.len()],
             tolerance: f64::from(springs.strain_limit[cloth.springs.start]),
@@ -120,15 +139,13 @@ impl Threads {
             *start = *p;
         }
         let mut limited = Limited::default();
-        let mut worst = self.evaluate();
+        let mut off = self.evaluate();
         let over = |multiplier: &f64, thread: &Thread| multiplier.abs() > 2.0 * self.tolerance * thread.length;
         limited.springs = self.multipliers.iter().zip(&self.threads).filter(|(c, thread)| over(c, thread)).count() as u32;
         let mut enough = ROUNDING;
-        while worst > enough && limited.sweeps < model.solver.iterations() {
-            if !self.project() {
-                break;
-            }
-            worst = self.evaluate();
+        while off.worst > enough && limited.sweeps < model.solver.iterations() {
+            let Some(less) = self.project(off) else { break };
+            off = less;
             enough = self.tolerance;
             limited.sweeps += 1;
         }
@@ -138,32 +155,47 @@ impl Threads {
         limited
     }
 
-    /// C and its slopes at the iterate; returns the largest | |P_uv| / L - 1 |.
-    fn evaluate(&mut self) -> f64 {
-        let mut worst = 0.0_f64;
+    /// C and its slopes at the iterate.
+    fn evaluate(&mut self) -> Off {
+        let mut off = Off { worst: 0.0, squares: 0.0 };
         for ((thread, slope), c) in self.threads.iter().zip(&mut self.slope).zip(&mut self.multipliers) {
             let [u, v] = thread.ends.map(|end| self.p[end as usize]);
             let p_uv = v - u;
             *slope = p_uv / thread.length;
             let square = p_uv.length_squared();
             *c = square / thread.length - thread.length;
-            worst = worst.max((square.sqrt() / thread.length - 1.0).abs());
+            off.worst = off.worst.max((square.sqrt() / thread.length - 1.0).abs());
+            off.squares += *c * *c;
         }
-        worst
+        off
     }
 
-    /// One Newton step; false if the system has no solution, because something in it is not finite.
-    fn project(&mut self) -> bool {
+    /// One Newton step, as far along as it makes things better; none if it does not, or if something is not finite.
+    fn project(&mut self, off: Off) -> Option<Off> {
         if !self.system.solve(&self.slope, &mut self.multipliers) {
-            return false;
+            return None;
         }
+        self.before.copy_from_slice(&self.p);
+        self.newton.fill(DVec3::ZERO);
         for ((thread, slope), m) in self.threads.iter().zip(&self.slope).zip(&self.multipliers) {
             let [u, v] = thread.ends.map(|end| end as usize);
             let pull = *slope * (2.0 * m);
-            self.p[u] += pull * self.weights[u];
-            self.p[v] -= pull * self.weights[v];
+            self.newton[u] += pull * self.weights[u];
+            self.newton[v] -= pull * self.weights[v];
         }
-        true
+        let mut part = 1.0;
+        for _ in 0..=MOST_HALVINGS {
+            for ((p, before), newton) in self.p.iter_mut().zip(&self.before).zip(&self.newton) {
+                *p = *before + *newton * part;
+            }
+            let now = self.evaluate();
+            if now.squares < off.squares {
+                return Some(now);
+            }
+            part *= 0.5;
+        }
+        self.p.copy_from_slice(&self.before);
+        None
     }
 
     /// Gives the corrected ends back, and adds the corrections over `step` seconds to the velocities.
