@@ -294,3 +294,31 @@ fn rods_fast_projection_and_compliant_springs_keep_momentum() {
         assert!((momentum(&state) - before).length() < 1e-5, "{filter}: {before} became {}", momentum(&state));
     }
 }
+
+#[test]
+fn springs_that_a_filter_replaces_do_not_bound_the_step() {
+    let sheet = |filter: &str| {
+        let mut cloth = json!({ "grid": { "cells": [8, 8], "axes": ["x", "y"] }, "pins": [{ "corner": "top-left" }] });
+        (cloth["stiffness"], cloth["shear_stiffness"]) = (json!(1e6), json!(if filter == "xpbd" { 1e6 } else { 1.0 }));
+        (cloth["damping"], cloth["density"]) = (json!(0.0), json!(0.2));
+        scene_of(cloth, 10, filter, G)
+    };
+    let refused = Model::build(&scene(&sheet("provot")), &BTreeMap::new()).expect_err("a million newtons per metre");
+    assert!(refused.to_string().contains("over the stability bound"), "{refused}");
+    for filter in ["rods", "fast_projection", "xpbd"] {
+        let mut run = Simulation::new(&sheet(filter));
+        let report = run.steps(600);
+        assert!(run.state.positions.z.iter().all(|z| z.is_finite() && z.abs() < 3.0), "{filter}");
+        assert!(report.last.kinetic_energy < 0.2 * G * 2.0, "{filter}: {} J", report.last.kinetic_energy);
+    }
+}
+
+#[test]
+fn the_number_of_passes_is_the_authors_unless_it_is_given() {
+    for (filter, usual) in [("sweeps", 200), ("rods", 200), ("fast_projection", 10), ("provot", 1), ("tethers", 1), ("xpbd", 1)] {
+        let mut value = scene_of(network(&[[0.0; 3], [1.0, 0.0, 0.0]], &[[0, 1]], 0.1), 4, filter, G);
+        assert_eq!(scene(&value).solver.iterations, Some(usual), "{filter}");
+        value["solver"]["iterations"] = json!(7);
+        assert_eq!(scene(&value).solver.iterations(), 7, "{filter}");
+    }
+}

@@ -1,8 +1,8 @@
 //! Fast projection on to inextensible warp and weft.
 //!
 //! R. Goldenthal, D. Harmon, R. Fattal, M. Bercovier, E. Grinspun, *Efficient simulation of inextensible cloth*, ACM
-//! Transactions on Graphics 26(3), 2007, section 4, algorithm 1. Each structural spring is replaced by the constraint
-//! C = |P_uv|^2 / L - L = 0 (their eq. (1)), both ways. One iteration is a Newton step in the multipliers,
+//! Transactions on Graphics 26(3), 2007, algorithm 1. Each structural spring is replaced by the constraint
+//! C = |P_uv|^2 / L - L = 0, both ways. One iteration is a Newton step in the multipliers,
 //!
 //! (J W J^T) m = C(P), P <- P - W J^T m, with J = dC/dP at the iterate and W the inverse masses
 //!

@@ -3,8 +3,8 @@
 //! X. Provot, *Deformation constraints in a mass-spring model to describe rigid cloth behavior*, Graphics Interface 95.
 //! After a step in which springs were mere springs, each spring is looked at once. One that is stretched beyond the
 //! critical rate, here lambda, is brought back to it along its axis: by half at each end where both are free, wholly at
-//! the free end where the other is held. Structural springs come first, then shear springs; two cells in a row cannot
-//! be stretched further than each of them, so flexion springs need no correction.
+//! the free end where the other is held. The order is ours: structural springs, then shear springs. Two cells in a
+//! row cannot be stretched further than each of them, so flexion springs need no correction.
 //!
 //! Mending one spring stretches its neighbours, and a single pass does not come back to them: the known fault of the
 //! method, and it shows. Halves are not mass-weighted either, so momentum is kept only where masses are equal.
