@@ -322,3 +322,25 @@ fn the_number_of_passes_is_the_authors_unless_it_is_given() {
         assert_eq!(scene(&value).solver.iterations(), 7, "{filter}");
     }
 }
+
+#[test]
+fn rough_treatment_leaves_every_state_finite() {
+    let torn = json!([
+        { "edge": "left" },
+        { "edge": "right", "move": [[0.1, [0, 0, 0]], [0.105, [-0.5, 0, 0]], [0.11, [0, 0, 0]]] },
+    ]);
+    let folded_shut = json!([{ "edge": "left" }, { "edge": "right", "move": [[0.1, [-1.0, 0, 0]]] }]);
+    for filter in ["provot", "rods", "fast_projection", "tethers", "xpbd"] {
+        for (pins, strain_limit) in [(&torn, 0.05), (&folded_shut, 0.05), (&torn, 1e-9)] {
+            let grid = json!({ "size": [1.0, 1.0], "cells": [16, 16], "axes": ["x", "y"] });
+            let cloth = json!({ "grid": grid, "fabric": "nylon", "strain_limit": strain_limit, "pins": pins });
+            let mut scene = scene_of(cloth, 40, filter, G);
+            scene["wind"] = json!({ "velocity": [0.0, 3.0, 30.0], "gust": {} });
+            scene["solver"]["iterations"] = json!(10);
+            let mut run = Simulation::new(&scene);
+            run.steps(400);
+            let furthest = run.state.positions.iter().map(|position| position.length()).fold(0.0, f32::max);
+            assert!(furthest < 20.0, "{filter}, {strain_limit}: {furthest} m");
+        }
+    }
+}

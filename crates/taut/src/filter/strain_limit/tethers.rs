@@ -19,8 +19,6 @@ use crate::state::State;
 
 /// Places that a particle is tethered to at most.
 const MOST_PLACES: usize = 4;
-/// Fronts of several sources run on this far into each other: a way across a triangle needs both corners of its base.
-const FRONT: f32 = 1.25;
 
 /// A particle's tether.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -123,13 +121,16 @@ fn places(surface: &Surface, held: &[bool]) -> Vec<Vec<u32>> {
 /// For each particle its distance along the cloth from the nearest particle of a place [m], and which that is.
 fn nearest_of(place: &[u32], surface: &Surface, search: &mut Search, count: usize) -> Vec<(f32, u32)> {
     let mut nearest = vec![(f32::INFINITY, 0); count];
+    // A way across a triangle needs both corners of its base: fronts run on into each other by an edge.
+    let links = (0..count as u32).flat_map(|particle| surface.links(particle));
+    let margin = links.fold(0.0_f32, |longest, link| longest.max(link.1));
     // Sources far apart first: each later one has to look only at what none of the earlier ones is nearer to.
     let mut gap = place.len().next_power_of_two();
     let mut first = 0;
     while gap > 0 {
         for &source in place.iter().skip(first).step_by(if first == 0 { place.len() } else { 2 * gap }) {
             search.run_while(surface, source, f32::INFINITY, usize::MAX, |particle, way| {
-                way < FRONT * nearest[particle as usize].0
+                way < nearest[particle as usize].0 + margin
             });
             for &particle in &search.reached {
                 let way = search.distance(particle);
