@@ -7,9 +7,10 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use serde_json::{Value, json};
 use taut::filter::Limited;
-use taut::forces::{Forces, external, kick};
+use taut::forces::{Forces, external};
 use taut::geometry::Pool;
 use taut::health::glance;
+use taut::integrate::{Integrator, propose};
 use taut::model::Model;
 use taut::scene::Scene;
 use taut::state::State;
@@ -44,10 +45,13 @@ fn benches(criterion: &mut Criterion) {
         group.bench_function(format!("external {name}"), |bench| {
             bench.iter(|| external(&model, black_box(&state), &mut forces, &pool))
         });
-        let mut velocities = state.velocities.clone();
-        let mut springs = || kick(&model, black_box(&state.positions), &mut velocities, 0.0, &mut forces, &pool);
-        group.bench_function(format!("springs, {name}"), |bench| bench.iter(&mut springs));
     }
+    let (model, mut state) = flag("none", Value::Null);
+    let (mut forces, mut integrator) = (Forces::new(&model), Integrator::new(&model, 1));
+    let mut ends = state.positions.clone();
+    group.bench_function("springs", |bench| {
+        bench.iter(|| propose(&model, black_box(&mut state), &mut ends, &mut forces, &mut integrator, &pool));
+    });
     let (model, state) = flag("none", Value::Null);
     group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), Limited::default())));
     for filter in ["none", "sequential", "sweeps", "coarse_to_fine"] {

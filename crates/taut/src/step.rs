@@ -6,13 +6,14 @@ use crate::filter::{self, Filter};
 use crate::forces::{self, Forces};
 use crate::geometry::{Pool, Vectors};
 use crate::health::{self, Health, StateReport, StepReport};
-use crate::integrate;
+use crate::integrate::{self, Integrator};
 use crate::model::Model;
 use crate::state::State;
 
 /// The workspace of a simulation: allocated once, never part of a result.
 pub struct Work {
     forces: Forces,
+    integrator: Integrator,
     filter: Filter,
     health: Health,
     pool: Arc<Pool>,
@@ -24,12 +25,14 @@ impl Work {
     /// Workspace for a model, on `threads` threads.
     #[must_use]
     pub fn new(model: &Model, threads: usize) -> Self {
+        let pool = Arc::new(Pool::new(threads));
         Self {
             forces: Forces::new(model),
+            integrator: Integrator::new(model, pool.threads()),
             filter: Filter::new(model),
             health: Health::new(model),
-            pool: Arc::new(Pool::new(threads)),
             ends: Vectors::zeros(model.particle_count()),
+            pool,
         }
     }
 
@@ -42,17 +45,12 @@ impl Work {
 
 /// Advances by one step.
 pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
-    let Work { forces, filter, pool, ends, .. } = work;
+    let Work { forces, integrator, filter, pool, ends, .. } = work;
     pool.install(|| {
         filter::hold(model, state); // paths -> v of what is held
         forces::external(model, state, forces, pool); // x, v -> a
         forces::damp(model, &mut state.velocities, forces, pool); // v -> v
-        ends.copy_from(&state.positions);
-        for part in integrate::parts(&model.timing) {
-            integrate::drift(ends, &state.velocities, part.before, pool); // x* += v* h/2
-            forces::kick(model, ends, &mut state.velocities, part.kick, forces, pool); // x*, a, v -> v*
-            integrate::drift(ends, &state.velocities, part.after, pool); // x* += v* h/2
-        }
+        integrate::propose(model, state, ends, forces, integrator, pool); // x, v, a -> x*, v*
         let limited = filter::apply(model, state, ends, filter, pool); // x*, v* -> admissible ones
         integrate::advance(state, ends); // x = x*
         health::glance(model, state, limited)

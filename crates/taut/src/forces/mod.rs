@@ -10,11 +10,12 @@ mod wind;
 use glam::Vec3;
 
 use crate::geometry::{Pool, Vectors};
-use crate::model::Model;
+use crate::model::{ClothRange, Model};
 use crate::state::State;
-use internal::{Damper, Hooke, Impulse, Workspace};
+use internal::{Damper, Impulse, Workspace};
 
 pub use internal::elastic_energy;
+pub(crate) use internal::{Hooke, RowConstants, Sums, Three, springs_of_row};
 
 /// Workspace and results.
 #[derive(Debug)]
@@ -22,7 +23,8 @@ pub struct Forces {
     /// F_EXT / M of each particle [m/s^2]; zero for held ones.
     acceleration: Vectors,
     wind: wind::Wind,
-    internal: Workspace,
+    springs: Workspace,
+    dampers: Workspace,
     /// The stage of the damping before the last one [m/s].
     stage: Vectors,
 }
@@ -32,7 +34,13 @@ impl Forces {
     #[must_use]
     pub fn new(model: &Model) -> Self {
         let zeros = || Vectors::zeros(model.particle_count());
-        Self { acceleration: zeros(), wind: wind::Wind::new(model), internal: Workspace::new(model), stage: zeros() }
+        Self {
+            acceleration: zeros(),
+            wind: wind::Wind::new(model),
+            springs: Workspace::new(Hooke, model),
+            dampers: Workspace::new(Damper, model),
+            stage: zeros(),
+        }
     }
 
     /// What [`external`] found [m/s^2].
@@ -45,7 +53,7 @@ impl Forces {
 /// Gravity, drag and wind: F_EXT / M.
 pub fn external(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) {
     forces.wind.prepare(model, state, pool);
-    let (wind, particles) = (&forces.wind, &model.particles);
+    let (wind, particles, step) = (&forces.wind, &model.particles, model.timing.step_length as f32);
     forces.acceleration.for_each_chunk(pool, |chunk| {
         chunk.map(|particle, _| {
             let weight = particles.inverse_mass[particle];
@@ -53,23 +61,31 @@ pub fn external(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) 
                 return Vec3::ZERO;
             }
             model.gravity
-                + air_drag::acceleration(particles.air_drag[particle], state.velocities.get(particle))
+                + air_drag::acceleration(particles.air_drag[particle], state.velocities.get(particle), step)
                 + wind.on_particle(model, particle) * weight
         });
     });
 }
 
-/// Springs and [`external`] forces over `step` seconds: `V += (F_s / M + F_EXT / M) h`.
-pub fn kick(model: &Model, positions: &Vectors, velocities: &mut Vectors, step: f32, forces: &mut Forces, pool: &Pool) {
-    let Forces { acceleration, internal, .. } = forces;
+/// Springs of a cloth and [`external`] forces over `step` seconds: `V += (F_s / M + F_EXT / M) h`.
+pub fn kick(
+    model: &Model,
+    cloth: &ClothRange,
+    positions: &Vectors,
+    velocities: &mut Vectors,
+    step: f32,
+    forces: &mut Forces,
+    pool: &Pool,
+) {
+    let Forces { acceleration, springs, .. } = forces;
     let impulse = Impulse { field: positions, other: acceleration, out: velocities, keep: 1.0, add: step, scale: step };
-    impulse.apply(Hooke, model, internal, pool);
+    impulse.apply(Hooke, model, cloth, springs, pool);
 }
 
 /// Dampers over a whole step: `V += F_D / M h` if one stage is stable, or as many stages of a Runge-Kutta-Legendre method
 /// as make it stable (Meyer, Balsara & Aslam 2012, first order: s stages are stable for (s^2 + s) / 2 times the step).
 pub fn damp(model: &Model, velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
-    let Forces { internal, stage, .. } = forces;
+    let Forces { dampers, stage, .. } = forces;
     let stages = model.timing.damping_stages as f32;
     let part = 2.0 / (stages * stages + stages) * model.timing.step_length as f32;
     for number in 1..=model.timing.damping_stages {
@@ -79,8 +95,10 @@ pub fn damp(model: &Model, velocities: &mut Vectors, forces: &mut Forces, pool: 
         let j = number as f32;
         let (keep, add) = if number == 1 { (1.0, 0.0) } else { ((1.0 - j) / j, (2.0 * j - 1.0) / j) };
         let scale = if number == 1 { part } else { add * part };
-        let impulse = Impulse { field: velocities, other: velocities, out: stage, keep, add, scale };
-        impulse.apply(Damper, model, internal, pool);
+        for cloth in &model.cloths {
+            let impulse = Impulse { field: velocities, other: velocities, out: stage, keep, add, scale };
+            impulse.apply(Damper, model, cloth, dampers, pool);
+        }
         std::mem::swap(velocities, stage);
     }
 }

@@ -2,7 +2,8 @@
 //! form on particles.
 //!
 //! Both act along the normal and on the velocity relative to the moving air; see docs/equations.md, "Wind", for how the
-//! printed scalar formulas are read.
+//! printed scalar formulas are read. However long the step, the impulse only slows what moves against the air and never
+//! turns it round ("Steps that are too long for the air").
 
 use glam::Vec3;
 use pulp::Arch;
@@ -21,6 +22,8 @@ pub(super) struct Wind {
     panels: Vectors,
     /// Phase of each gust wave at the time of the step [turns].
     phases: Vec<f32>,
+    /// What gives way to an impulse on each panel [kg]; infinite where all corners are held.
+    inertia: Vec<f32>,
 }
 
 impl Wind {
@@ -29,7 +32,8 @@ impl Wind {
             Some(air) => (model.particle_count(), model.panels.corners.len(), air.waves.len()),
             None => (0, 0, 0),
         };
-        Self { relative: Vectors::zeros(particles), panels: Vectors::zeros(panels), phases: vec![0.0; waves] }
+        let inertia = (0..panels).map(|panel| inertia_of_panel(model, panel)).collect();
+        Self { relative: Vectors::zeros(particles), panels: Vectors::zeros(panels), phases: vec![0.0; waves], inertia }
     }
 
     /// First passes: the relative velocities, then a value for each panel.
@@ -41,8 +45,10 @@ impl Wind {
         }
         let phases = &self.phases;
         self.relative.for_each_chunk(pool, |mut chunk| relative_velocity(&mut chunk, air, phases, state));
-        let relative = &self.relative;
-        self.panels.for_each_chunk(pool, |chunk| chunk.map(|panel, _| share_of_panel(model, state, relative, panel)));
+        let (relative, inertia) = (&self.relative, &self.inertia);
+        self.panels.for_each_chunk(pool, |chunk| {
+            chunk.map(|panel, _| share_of_panel(model, state, relative, panel, inertia[panel]));
+        });
     }
 
     /// Second pass: the wind force on a particle [N].
@@ -60,14 +66,32 @@ impl Wind {
             return Vec3::ZERO;
         }
         let drag = model.particles.drag_coefficient[particle];
-        force(self.relative.get(particle), sum / length, area, air.density * drag)
+        let most = model.particles.mass[particle] / model.timing.step_length as f32;
+        force(self.relative.get(particle), sum / length, area, air.density * drag, most)
     }
 }
 
-/// `F_W = -1/2 rho C_d A |V_rel| (V_rel . N) N` [N], `V_rel` the velocity relative to the air.
+/// `F_W = -1/2 rho C_d A |V_rel| (V_rel . N) N` [N], `V_rel` the velocity relative to the air; `most` is the inertia that it
+/// acts on over the length of the step [kg/s].
 #[inline]
-fn force(relative: Vec3, normal: Vec3, area: f32, density_drag: f32) -> Vec3 {
-    normal * (-0.5 * density_drag * area * relative.length() * relative.dot(normal))
+fn force(relative: Vec3, normal: Vec3, area: f32, density_drag: f32, most: f32) -> Vec3 {
+    let speed = relative.length();
+    if 0.5 * density_drag * area * speed > most {
+        return normal * (-most * relative.dot(normal));
+    }
+    normal * (-0.5 * density_drag * area * speed * relative.dot(normal))
+}
+
+/// `1 / m = sum of (share^2 n / M)` over the corners, n being the number of panels around each.
+fn inertia_of_panel(model: &Model, panel: usize) -> f32 {
+    let corners = model.panels.corners[panel];
+    let distinct = if corners[2] == corners[3] { &corners[..3] } else { &corners[..] };
+    let share = model.panels.share[panel];
+    let give = |&corner: &u32| {
+        let corner = corner as usize;
+        share * share * model.panels.around.of(corner).len() as f32 * model.particles.inverse_mass[corner]
+    };
+    1.0 / distinct.iter().map(give).sum::<f32>()
 }
 
 /// V_rel = V - W(X), W being the mean wind and the gusts.
@@ -98,7 +122,7 @@ fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], st
 
 /// What each corner gets of a panel: its area vector [m^2] or the force on it [N].
 #[inline]
-fn share_of_panel(model: &Model, state: &State, relative: &Vectors, panel: usize) -> Vec3 {
+fn share_of_panel(model: &Model, state: &State, relative: &Vectors, panel: usize, inertia: f32) -> Vec3 {
     let Some(air) = &model.air else { return Vec3::ZERO };
     let corners = model.panels.corners[panel].map(|corner| corner as usize);
     let share = model.panels.share[panel];
@@ -115,5 +139,6 @@ fn share_of_panel(model: &Model, state: &State, relative: &Vectors, panel: usize
     // A triangle has its last corner twice; it counts once.
     let mean = (a + b + c + if corners[2] == corners[3] { Vec3::ZERO } else { d }) * share;
     let drag = model.particles.drag_coefficient[corners[0]];
-    force(mean, area_vector / area, area, air.density * drag) * share
+    let most = inertia / model.timing.step_length as f32;
+    force(mean, area_vector / area, area, air.density * drag, most) * share
 }

@@ -74,8 +74,13 @@ impl Vectors {
 
     /// Calls `work` for every chunk of [`CHUNK`] vectors, on the pool's threads where that pays.
     pub fn for_each_chunk(&mut self, pool: &Pool, work: impl Fn(VectorsChunk<'_>) + Sync) {
-        let len = self.len();
-        self.for_each_part(0..len, if pool.pays_for(len) { CHUNK } else { len.max(1) }, pool, work);
+        self.for_each_chunk_of(0..self.len(), pool, work);
+    }
+
+    /// As [`Self::for_each_chunk`], for the vectors of a range.
+    pub fn for_each_chunk_of(&mut self, range: Range<usize>, pool: &Pool, work: impl Fn(VectorsChunk<'_>) + Sync) {
+        let len = range.len();
+        self.for_each_part(range, if pool.pays_for(len) { CHUNK } else { len.max(1) }, pool, work);
     }
 
     /// Calls `work` for every `length` vectors of a range, on the pool's threads where that pays.
@@ -111,13 +116,23 @@ impl Vectors {
         }
     }
 
-    /// Adds `factor` times other vectors.
-    pub fn add_scaled(&mut self, other: &Self, factor: f32, pool: &Pool) {
-        self.for_each_chunk(pool, |chunk| {
+    /// `self[range] = base + factor change`.
+    pub fn set_scaled(&mut self, range: Range<usize>, base: &Self, change: &Self, factor: f32, pool: &Pool) {
+        self.for_each_chunk_of(range, pool, |chunk| {
             let run = chunk.first..chunk.first + chunk.x.len();
-            let others = [&other.x[run.clone()], &other.y[run.clone()], &other.z[run]];
-            for (column, other) in [chunk.x, chunk.y, chunk.z].into_iter().zip(others) {
-                Arch::new().dispatch(AddScaled { column, other, factor });
+            let columns = [(chunk.x, &base.x, &change.x), (chunk.y, &base.y, &change.y), (chunk.z, &base.z, &change.z)];
+            for (column, base, change) in columns {
+                Arch::new().dispatch(SetScaled { column, base: &base[run.clone()], change: &change[run.clone()], factor });
+            }
+        });
+    }
+
+    /// `self[range] += factor change`.
+    pub fn add_scaled(&mut self, range: Range<usize>, change: &Self, factor: f32, pool: &Pool) {
+        self.for_each_chunk_of(range, pool, |chunk| {
+            let run = chunk.first..chunk.first + chunk.x.len();
+            for (column, change) in [(chunk.x, &change.x), (chunk.y, &change.y), (chunk.z, &change.z)] {
+                Arch::new().dispatch(AddScaled { column, change: &change[run.clone()], factor });
             }
         });
     }
@@ -134,9 +149,26 @@ impl Vectors {
     }
 }
 
+struct SetScaled<'a> {
+    column: &'a mut [f32],
+    base: &'a [f32],
+    change: &'a [f32],
+    factor: f32,
+}
+
+impl WithSimd for SetScaled<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let terms = self.base.iter().zip(self.change);
+        self.column.iter_mut().zip(terms).for_each(|(value, (base, change))| *value = base + change * self.factor);
+    }
+}
+
 struct AddScaled<'a> {
     column: &'a mut [f32],
-    other: &'a [f32],
+    change: &'a [f32],
     factor: f32,
 }
 
@@ -145,7 +177,7 @@ impl WithSimd for AddScaled<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.column.iter_mut().zip(self.other).for_each(|(value, other)| *value += other * self.factor);
+        self.column.iter_mut().zip(self.change).for_each(|(value, change)| *value += change * self.factor);
     }
 }
 
@@ -247,6 +279,42 @@ impl SharedVectors<'_> {
             *self.x.add(index) = value.x;
             *self.y.add(index) = value.y;
             *self.z.add(index) = value.z;
+        }
+    }
+
+    /// The columns of `len` vectors from the one at `first`.
+    ///
+    /// # Safety
+    /// They are all there, and no other thread writes them as long as the slices live.
+    #[inline(always)]
+    #[must_use]
+    pub unsafe fn run<'b>(&self, first: usize, len: usize) -> [&'b [f32]; 3] {
+        debug_assert!(first + len <= self.len);
+        // SAFETY: the caller keeps the run in range and writers away.
+        unsafe {
+            [
+                std::slice::from_raw_parts(self.x.add(first), len),
+                std::slice::from_raw_parts(self.y.add(first), len),
+                std::slice::from_raw_parts(self.z.add(first), len),
+            ]
+        }
+    }
+
+    /// The columns of `len` vectors from the one at `first`, to be written.
+    ///
+    /// # Safety
+    /// They are all there, and nobody else touches them as long as the slices live.
+    #[inline(always)]
+    #[must_use]
+    pub unsafe fn run_mut<'b>(&self, first: usize, len: usize) -> [&'b mut [f32]; 3] {
+        debug_assert!(first + len <= self.len);
+        // SAFETY: the caller keeps the run in range and all others away.
+        unsafe {
+            [
+                std::slice::from_raw_parts_mut(self.x.add(first), len),
+                std::slice::from_raw_parts_mut(self.y.add(first), len),
+                std::slice::from_raw_parts_mut(self.z.add(first), len),
+            ]
         }
     }
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Fabric, Material, Pin};
+use super::{Fabric, Material, Pin, Weight};
 
 /// One cloth: exactly one of `grid`, `mesh`, `network`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -53,6 +53,9 @@ pub struct Cloth {
     pub drag_coefficient: Option<f64>,
     /// What is held.
     pub pins: Vec<Pin>,
+    /// What hangs on it: extra masses, which the air does not see.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub weights: Vec<Weight>,
 }
 
 impl Default for Cloth {
@@ -75,6 +78,7 @@ impl Default for Cloth {
             air_drag: None,
             drag_coefficient: None,
             pins: Vec::new(),
+            weights: Vec::new(),
         }
     }
 }

@@ -93,9 +93,9 @@ impl StrainLimit for Sequential {
             }
             springs += 1;
         }
-        ends.copy_from(&state.positions);
-        ends.add_scaled(&state.velocities, step, pool);
-        Limited { springs, sweeps: 1, cuts: 0 }
+        let State { positions, velocities, .. } = state;
+        ends.set_scaled(0..model.particle_count(), positions, velocities, step, pool);
+        Limited { springs, sweeps: 1, ..Limited::default() }
     }
 }
 

@@ -1,8 +1,7 @@
-//! Springs of a regular grid, a row at a time: neighbours stand at fixed distances in memory.
+//! One impulse on all particles of a grid, in bands of rows.
 //!
-//! Every spring is looked at once. A row's sums are complete when the springs that come up from the row below, those along
-//! it and those that leave it upwards have been added. Bands of rows are independent: each begins with the springs that
-//! come up into it, so that no band waits for another and no sum depends on the number of threads.
+//! Bands are independent: each begins with the springs that rise to it from below, so that no band waits for another and
+//! no sum depends on the number of threads.
 
 use std::ops::Range;
 
@@ -10,32 +9,39 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::Impulse;
 use super::law::Law;
-use crate::geometry::{Pool, Vectors, VectorsChunk};
-use crate::model::{Lattice, Model, SpringRun};
+use super::row::{RowConstants, Sums, Three, springs_of_row};
+use crate::geometry::{Block, LINE, Pool, Rows, Vectors, VectorsChunk, fill_column, registers, set_registers};
+use crate::model::{Lattice, Model};
 
 /// Rows in a band.
 const BAND: usize = 16;
 
-/// Workspace of a lattice: for every band, the sums of two rows and the forces along one.
+/// Rows that a band works with: two of the field, what rose, what rises, and the sums.
+const ROWS: usize = 5;
+
+/// Workspace of a lattice and a law.
 #[derive(Debug)]
-pub(super) struct Sums {
-    bands: Vec<[Vectors; 3]>,
+pub(super) struct Workspace {
+    constants: RowConstants,
+    bands: Vec<Rows<3>>,
 }
 
-impl Sums {
-    pub fn new(lattice: &Lattice) -> Self {
-        let band = || std::array::from_fn(|_| Vectors::zeros(lattice.columns));
-        Self { bands: (0..lattice.rows.div_ceil(BAND)).map(|_| band()).collect() }
+impl Workspace {
+    pub fn new<L: Law>(law: L, lattice: &Lattice) -> Self {
+        let bands = (0..lattice.rows.div_ceil(BAND)).map(|_| Rows::zeros(ROWS, lattice.columns)).collect();
+        Self { constants: RowConstants::new(law, lattice), bands }
     }
 }
 
 /// Writes `out` for the particles of a lattice.
-pub(super) fn apply<L: Law>(law: L, impulse: Impulse<'_>, model: &Model, lattice: &Lattice, sums: &mut Sums, pool: &Pool) {
+pub(super) fn apply<L: Law>(law: L, impulse: Impulse<'_>, model: &Model, lattice: &Lattice, work: &mut Workspace, pool: &Pool) {
     let Impulse { field, other, out, keep, add, scale } = impulse;
     let particles = lattice.first..lattice.first + lattice.columns * lattice.rows;
     let weights = &model.particles.inverse_mass;
-    out.for_each_band(particles, BAND * lattice.columns, &mut sums.bands, pool, |out, sums| {
-        Arch::new().dispatch(Band { law, lattice, field, other, weights, out, factors: [keep, add, scale], sums });
+    let Workspace { constants, bands } = work;
+    out.for_each_band(particles, BAND * lattice.columns, bands, pool, |out, rows| {
+        let factors = [keep, add, scale];
+        Arch::new().dispatch(Band { law, lattice, constants, field, other, weights, out, factors, rows });
     });
 }
 
@@ -43,6 +49,7 @@ pub(super) fn apply<L: Law>(law: L, impulse: Impulse<'_>, model: &Model, lattice
 struct Band<'a, L> {
     law: L,
     lattice: &'a Lattice,
+    constants: &'a RowConstants,
     field: &'a Vectors,
     other: &'a Vectors,
     /// Inverse masses [1/kg].
@@ -50,7 +57,7 @@ struct Band<'a, L> {
     out: VectorsChunk<'a>,
     /// What is kept of `out`, how much of `other` and of the forces is added.
     factors: [f32; 3],
-    sums: &'a mut [Vectors; 3],
+    rows: &'a mut Rows<3>,
 }
 
 impl<L: Law> WithSimd for Band<'_, L> {
@@ -58,126 +65,68 @@ impl<L: Law> WithSimd for Band<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { law, lattice, field, other, weights, mut out, factors, sums } = self;
-        let Lattice { first, columns, rows, .. } = *lattice;
+        let Self { law, lattice, constants, field, other, weights, mut out, factors, rows } = self;
+        let Lattice { first, columns, .. } = *lattice;
         let begin = (out.first - first) / columns;
-        let [here, above, forces] = sums;
-        let (mut here, mut above) = (here, above);
-        clear(here);
-        if begin > 0 {
-            let left = first + (begin - 1) * columns;
-            clear(above);
-            upward(simd, law, lattice, field, left, above, here);
-        }
-        for row in begin..begin + out.x.len() / columns {
-            let left = first + row * columns;
-            clear(above);
-            along(simd, law, lattice.along_row(row), field, left, here, forces);
-            if row + 1 < rows {
-                upward(simd, law, lattice, field, left, here, above);
+        let end = begin + out.x.len() / columns;
+        let row_of = |row: usize| first + row * columns..first + (row + 1) * columns;
+        let shared = rows.shared();
+        // SAFETY: the rows of a band are its own, and each is asked for once.
+        let (mut here, mut above, mut rose, mut rising, sums) =
+            unsafe { (shared.row_mut(0), shared.row_mut(1), shared.row_mut(2), shared.row_mut(3), shared.row_mut(4)) };
+        rose.fill([[0.0; LINE]; 3]);
+        // The row below the band is gone through for what rises from it.
+        let start = begin.saturating_sub(1);
+        copy_row(field, row_of(start), here);
+        for row in start..end {
+            if row + 1 < lattice.rows {
+                copy_row(field, row_of(row + 1), above);
             }
-            finish(here, other, weights, left..left + columns, &mut out, factors);
+            springs_of_row(simd, law, constants, row, (rose, rising), &mut Keep { field: here, above, sums });
+            if row >= begin {
+                finish(sums, other, weights, row_of(row), &mut out, factors);
+            }
             std::mem::swap(&mut here, &mut above);
+            std::mem::swap(&mut rose, &mut rising);
         }
     }
 }
 
-#[inline(always)]
-fn clear(sums: &mut Vectors) {
-    sums.x.fill(0.0);
-    sums.y.fill(0.0);
-    sums.z.fill(0.0);
+/// Keeps sums for later.
+struct Keep<'a> {
+    field: &'a [Block<3>],
+    above: &'a [Block<3>],
+    sums: &'a mut [Block<3>],
 }
 
-/// The springs along a row whose first particle is `left`.
-#[inline(always)]
-fn along<S: Simd, L: Law>(
-    simd: S,
-    law: L,
-    run: &SpringRun,
-    field: &Vectors,
-    left: usize,
-    sums: &mut Vectors,
-    forces: &mut Vectors,
-) {
-    let len = run.stiffness.len();
-    let [constants, more] = law.constants(run);
-    let own = [&field.x, &field.y, &field.z].map(|column| S::as_simd_f32s(&column[left..left + len]));
-    let next = [&field.x, &field.y, &field.z].map(|column| S::as_simd_f32s(&column[left + 1..left + 1 + len]));
-    let (constants, more) = (S::as_simd_f32s(constants), S::as_simd_f32s(more));
-    let [out_x, out_y, out_z] =
-        [&mut forces.x, &mut forces.y, &mut forces.z].map(|column| S::as_mut_simd_f32s(&mut column[..len]));
-    let heads = constants.0.len();
-    for i in 0..heads {
-        let ends = [own.map(|own| own.0[i]), next.map(|next| next.0[i])];
-        let force = force(simd, law, ends, [constants.0[i], more.0[i]]);
-        (out_x.0[i], out_y.0[i], out_z.0[i]) = (force[0], force[1], force[2]);
+impl<S: Simd> Sums<S> for Keep<'_> {
+    #[inline(always)]
+    fn field(&self, _: S, i: usize) -> Three<S::f32s> {
+        registers::<S, 3>(self.field, 0, i)
     }
-    let ends = [own.map(|own| simd.partial_load_f32s(own.1)), next.map(|next| simd.partial_load_f32s(next.1))];
-    let force = force(simd, law, ends, [simd.partial_load_f32s(constants.1), simd.partial_load_f32s(more.1)]);
-    simd.partial_store_f32s(out_x.1, force[0]);
-    simd.partial_store_f32s(out_y.1, force[1]);
-    simd.partial_store_f32s(out_z.1, force[2]);
-    for (sums, forces) in [(&mut sums.x, &forces.x), (&mut sums.y, &forces.y), (&mut sums.z, &forces.z)] {
-        sums[..len].iter_mut().zip(&forces[..len]).for_each(|(sum, force)| *sum += force);
-        sums[1..].iter_mut().zip(&forces[..len]).for_each(|(sum, force)| *sum -= force);
-    }
-}
 
-/// The springs from the row whose first particle is `left` to the next one.
-#[inline(always)]
-fn upward<S: Simd, L: Law>(
-    simd: S,
-    law: L,
-    lattice: &Lattice,
-    field: &Vectors,
-    left: usize,
-    here: &mut Vectors,
-    above: &mut Vectors,
-) {
-    for (run, [from, to]) in lattice.upward.iter().zip([[0, 0], [0, 1], [1, 0]]) {
-        let len = run.stiffness.len();
-        let [constants, more] = law.constants(run).map(|constants| S::as_simd_f32s(constants));
-        let (a, b) = (left + from, left + lattice.columns + to);
-        let own = [&field.x, &field.y, &field.z].map(|column| S::as_simd_f32s(&column[a..a + len]));
-        let next = [&field.x, &field.y, &field.z].map(|column| S::as_simd_f32s(&column[b..b + len]));
-        let plus = [&mut here.x, &mut here.y, &mut here.z].map(|column| S::as_mut_simd_f32s(&mut column[from..from + len]));
-        let minus = [&mut above.x, &mut above.y, &mut above.z].map(|column| S::as_mut_simd_f32s(&mut column[to..to + len]));
-        let ([plus_x, plus_y, plus_z], [minus_x, minus_y, minus_z]) = (plus, minus);
-        for i in 0..constants.0.len() {
-            let ends = [own.map(|own| own.0[i]), next.map(|next| next.0[i])];
-            let force = force(simd, law, ends, [constants.0[i], more.0[i]]);
-            plus_x.0[i] = simd.add_f32s(plus_x.0[i], force[0]);
-            plus_y.0[i] = simd.add_f32s(plus_y.0[i], force[1]);
-            plus_z.0[i] = simd.add_f32s(plus_z.0[i], force[2]);
-            minus_x.0[i] = simd.sub_f32s(minus_x.0[i], force[0]);
-            minus_y.0[i] = simd.sub_f32s(minus_y.0[i], force[1]);
-            minus_z.0[i] = simd.sub_f32s(minus_z.0[i], force[2]);
-        }
-        let ends = [own.map(|own| simd.partial_load_f32s(own.1)), next.map(|next| simd.partial_load_f32s(next.1))];
-        let force = force(simd, law, ends, [simd.partial_load_f32s(constants.1), simd.partial_load_f32s(more.1)]);
-        for (target, force) in [plus_x.1, plus_y.1, plus_z.1].into_iter().zip(force) {
-            let sum = simd.add_f32s(simd.partial_load_f32s(target), force);
-            simd.partial_store_f32s(target, sum);
-        }
-        for (target, force) in [minus_x.1, minus_y.1, minus_z.1].into_iter().zip(force) {
-            let sum = simd.sub_f32s(simd.partial_load_f32s(target), force);
-            simd.partial_store_f32s(target, sum);
-        }
+    #[inline(always)]
+    fn above(&self, _: S, i: usize) -> Three<S::f32s> {
+        registers::<S, 3>(self.above, 0, i)
+    }
+
+    #[inline(always)]
+    fn take(&mut self, _: S, i: usize, sum: Three<S::f32s>) {
+        set_registers::<S, 3>(self.sums, 0, i, sum);
     }
 }
 
 #[inline(always)]
-fn force<S: Simd, L: Law>(simd: S, law: L, [own, other]: [[S::f32s; 3]; 2], constants: [S::f32s; 2]) -> [S::f32s; 3] {
-    let difference = [0, 1, 2].map(|axis| simd.sub_f32s(other[axis], own[axis]));
-    let factor = law.factor(simd, difference, constants);
-    difference.map(|part| simd.mul_f32s(part, factor))
+fn copy_row(field: &Vectors, row: Range<usize>, to: &mut [Block<3>]) {
+    fill_column(to, 0, &field.x[row.clone()]);
+    fill_column(to, 1, &field.y[row.clone()]);
+    fill_column(to, 2, &field.z[row]);
 }
 
 /// The sums of a row are complete: writes its part of `out`.
 #[inline(always)]
 fn finish(
-    sums: &Vectors,
+    sums: &[Block<3>],
     other: &Vectors,
     weights: &[f32],
     row: Range<usize>,
@@ -186,11 +135,16 @@ fn finish(
 ) {
     let place = row.start - out.first..row.end - out.first;
     let weights = &weights[row.clone()];
-    let columns = [(&mut *out.x, &sums.x, &other.x), (&mut *out.y, &sums.y, &other.y), (&mut *out.z, &sums.z, &other.z)];
-    for (out, sums, other) in columns {
-        let terms = other[row.clone()].iter().zip(weights).zip(sums);
-        for (out, ((other, weight), sum)) in out[place.clone()].iter_mut().zip(terms) {
-            *out = *out * keep + *other * add + *sum * (*weight * scale);
+    for (axis, (out, other)) in
+        [(&mut *out.x, &other.x), (&mut *out.y, &other.y), (&mut *out.z, &other.z)].into_iter().enumerate()
+    {
+        let (out, other) = (&mut out[place.clone()], &other[row.clone()]);
+        let lines = out.chunks_mut(LINE).zip(other.chunks(LINE)).zip(weights.chunks(LINE)).zip(sums);
+        for (((out, other), weights), sums) in lines {
+            let terms = other.iter().zip(weights).zip(&sums[axis]);
+            for (out, ((other, weight), sum)) in out.iter_mut().zip(terms) {
+                *out = *out * keep + *other * add + *sum * (*weight * scale);
+            }
         }
     }
 }

@@ -3,23 +3,29 @@
 use glam::Vec3;
 use pulp::Simd;
 
+use super::row::Three;
 use super::{damping, spring};
-use crate::geometry::reciprocal_sqrt;
+use crate::geometry::reciprocal_sqrts;
 use crate::model::{Link, SpringRun};
 
 /// What an end of a spring feels, from the difference `other - own` of a field.
-pub(in crate::forces) trait Law: Copy + Sync {
+pub(crate) trait Law: Copy + Sync {
     /// The constants that [`Self::factor`] needs, spring by spring.
     fn constants(self, run: &SpringRun) -> [&[f32]; 2];
-    /// The force is the difference times this.
-    fn factor<S: Simd>(self, simd: S, difference: [S::f32s; 3], constants: [S::f32s; 2]) -> S::f32s;
+    /// The forces are the differences times these.
+    fn factors<S: Simd, const N: usize>(
+        self,
+        simd: S,
+        differences: &[Three<S::f32s>; N],
+        constants: [[S::f32s; 2]; N],
+    ) -> [S::f32s; N];
     /// The force for one link.
     fn force(self, difference: Vec3, link: &Link) -> Vec3;
 }
 
 /// F_s.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::forces) struct Hooke;
+pub(crate) struct Hooke;
 
 /// F_D.
 #[derive(Debug, Clone, Copy)]
@@ -32,9 +38,22 @@ impl Law for Hooke {
     }
 
     #[inline(always)]
-    fn factor<S: Simd>(self, simd: S, [x, y, z]: [S::f32s; 3], [stiffness, stiffness_rest]: [S::f32s; 2]) -> S::f32s {
-        let square = simd.add_f32s(simd.add_f32s(simd.mul_f32s(x, x), simd.mul_f32s(y, y)), simd.mul_f32s(z, z));
-        simd.sub_f32s(stiffness, simd.mul_f32s(stiffness_rest, reciprocal_sqrt(simd, square)))
+    fn factors<S: Simd, const N: usize>(
+        self,
+        simd: S,
+        differences: &[Three<S::f32s>; N],
+        constants: [[S::f32s; 2]; N],
+    ) -> [S::f32s; N] {
+        let mut factors = [simd.splat_f32s(0.0); N];
+        for (factor, [x, y, z]) in factors.iter_mut().zip(differences) {
+            let flat = simd.add_f32s(simd.mul_f32s(*x, *x), simd.mul_f32s(*y, *y));
+            *factor = simd.add_f32s(flat, simd.mul_f32s(*z, *z));
+        }
+        factors = reciprocal_sqrts(simd, factors);
+        for (factor, [stiffness, stiffness_rest]) in factors.iter_mut().zip(constants) {
+            *factor = simd.sub_f32s(stiffness, simd.mul_f32s(stiffness_rest, *factor));
+        }
+        factors
     }
 
     #[inline(always)]
@@ -50,8 +69,12 @@ impl Law for Damper {
     }
 
     #[inline(always)]
-    fn factor<S: Simd>(self, _: S, _: [S::f32s; 3], [damping, _]: [S::f32s; 2]) -> S::f32s {
-        damping
+    fn factors<S: Simd, const N: usize>(self, simd: S, _: &[Three<S::f32s>; N], constants: [[S::f32s; 2]; N]) -> [S::f32s; N] {
+        let mut factors = [simd.splat_f32s(0.0); N];
+        for (factor, [damping, _]) in factors.iter_mut().zip(constants) {
+            *factor = damping;
+        }
+        factors
     }
 
     #[inline(always)]

@@ -6,14 +6,16 @@ mod damping;
 mod lattice;
 mod law;
 mod links;
+mod row;
 mod spring;
 
 use crate::geometry::{Pool, Vectors};
-use crate::model::Model;
+use crate::model::{ClothRange, Model};
 
-use lattice::Sums;
+pub(super) use law::Damper;
+pub(crate) use law::Hooke;
 use law::Law;
-pub(super) use law::{Damper, Hooke};
+pub(crate) use row::{RowConstants, Sums, Three, springs_of_row};
 pub use spring::elastic_energy;
 
 /// `out = keep out + add other + scale F / M`, F being the forces that a law draws from `field`; for what is held 1/M is zero.
@@ -28,28 +30,29 @@ pub(super) struct Impulse<'a> {
     pub scale: f32,
 }
 
-/// Workspace: sums over the springs of a row, for every lattice.
+/// Workspace of a law: that of every lattice.
 #[derive(Debug)]
 pub(super) struct Workspace {
-    lattices: Vec<Sums>,
+    lattices: Vec<lattice::Workspace>,
 }
 
 impl Workspace {
-    pub fn new(model: &Model) -> Self {
-        Self { lattices: model.lattices.iter().map(Sums::new).collect() }
+    pub fn new<L: Law>(law: L, model: &Model) -> Self {
+        Self { lattices: model.lattices.iter().map(|lattice| lattice::Workspace::new(law, lattice)).collect() }
     }
 }
 
 impl Impulse<'_> {
-    /// Writes `out` for all cloths.
-    pub fn apply<L: Law>(self, law: L, model: &Model, workspace: &mut Workspace, pool: &Pool) {
-        let Self { field, other, out, keep, add, scale } = self;
-        for (lattice, sums) in model.lattices.iter().zip(&mut workspace.lattices) {
+    /// Writes `out` for the particles of a cloth.
+    pub fn apply<L: Law>(self, law: L, model: &Model, cloth: &ClothRange, workspace: &mut Workspace, pool: &Pool) {
+        let Self { field, other, out, mut keep, mut add, scale } = self;
+        if let Some(lattice) = cloth.lattice {
             let impulse = Impulse { field, other, out: &mut *out, keep, add, scale };
-            lattice::apply(law, impulse, model, lattice, sums, pool);
+            lattice::apply(law, impulse, model, &model.lattices[lattice], &mut workspace.lattices[lattice], pool);
+            (keep, add) = (1.0, 0.0); // links come on top of that
         }
-        if model.cloths.iter().any(|cloth| cloth.linked) {
-            links::apply(law, Impulse { field, other, out, keep, add, scale }, model, pool);
+        if cloth.linked {
+            links::apply(law, Impulse { field, other, out, keep, add, scale }, model, cloth, pool);
         }
     }
 }
