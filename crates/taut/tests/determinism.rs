@@ -81,11 +81,11 @@ const GOLDEN: [&str; 9] = [
     "49338195e0fbe2a6",
     "19292bdd5e26b8dd",
     "bd5a97b5f902bb48",
-    "01bd325e8e43e7d4",
-    "a20e88ae938aebc7",
-    "681af96b2fb7709b",
-    "12e838dcccb8cb42",
-    "f737310599327f34",
+    "b9d6dc2be604a6a5",
+    "7db0432a93e00f42",
+    "ea1f895928e78201",
+    "44c5e8c4276311cc",
+    "6737908da028fdfe",
 ];
 
 #[test]

@@ -286,7 +286,7 @@ fn rods_fast_projection_and_compliant_springs_keep_momentum() {
         let mut filter_of = Filter::new(&model);
         for _ in 0..50 {
             let mut ends = state.positions.clone();
-            ends.add_scaled(&state.velocities, model.timing.step_length as f32, &Pool::new(1));
+            ends.add_scaled(0..4, &state.velocities, model.timing.step_length as f32, &Pool::new(1));
             let done = apply(&model, &mut state, &mut ends, &mut filter_of, &Pool::new(1));
             assert!(done.sweeps > 0);
             state.positions = ends;
