@@ -8,12 +8,12 @@ use xxhash_rust::xxh3::Xxh3;
 use super::part::{Panel, Part};
 use super::{
     Adjacency, Air, ClothRange, Lattice, Link, MeshData, Model, Panels, Particles, PinGroup, SpringKind, Springs, grid, mesh,
-    network, pins, reach,
+    network, pins, reach, suits,
     timing::{self, Rates},
     weights,
 };
 use crate::geometry::Vectors;
-use crate::scene::{Cloth, PointMass, Scene, SceneError, Source};
+use crate::scene::{Cloth, FilterKind, PointMass, Scene, SceneError, Source};
 
 /// Particle and spring numbers are 32 bits wide.
 const MOST_PARTICLES: usize = i32::MAX as usize;
@@ -153,7 +153,7 @@ impl Assembly {
         // Type 1 first: filters and reports walk over a prefix.
         self.springs.sort_by_key(|spring| !spring.kind.is_type1());
         let count = self.particles.mass.len();
-        let springs = arrays(&self.springs);
+        let springs = arrays(&self.springs, scene.solver.filter);
         reach::check(&self.pins, &springs, count)?;
         let air = scene.wind.as_ref().map(Air::new);
         let wind = air.as_ref().map_or(0.0, |air| f64::from(air.density) * air.greatest_speed * self.wind_rate);
@@ -173,11 +173,12 @@ impl Assembly {
             }
             range.linked = range.lattice.is_none() || cloth.flexion_stiffness > 0.0;
         }
+        self.warnings.extend(suits::check(scene.solver.filter, &self.cloths, &springs, &self.particles)?);
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
         let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();
         let both_ways = listed.iter().flat_map(|&index| {
             let [a, b] = springs.ends[index];
-            let (rest, stiffness, damping) = (springs.rest[index], springs.stiffness[index], springs.damping[index]);
+            let (rest, stiffness, damping) = (springs.rest[index], springs.force_stiffness[index], springs.damping[index]);
             [(a, b), (b, a)].map(|(here, other)| (here, Link { other, rest, stiffness, damping }))
         });
         let links = Adjacency::new(count, both_ways);
@@ -204,12 +205,14 @@ impl Assembly {
     }
 }
 
-fn arrays(list: &[Spring]) -> Springs {
+fn arrays(list: &[Spring], filter: FilterKind) -> Springs {
+    let unless = |left_out: bool, stiffness: f64| if left_out { 0.0 } else { stiffness as f32 };
     Springs {
         ends: list.iter().map(|spring| spring.ends).collect(),
         kind: list.iter().map(|spring| spring.kind).collect(),
         rest: list.iter().map(|spring| spring.rest as f32).collect(),
-        stiffness: list.iter().map(|spring| spring.stiffness as f32).collect(),
+        stiffness: list.iter().map(|spring| unless(spring.kind.is_rod(filter), spring.stiffness)).collect(),
+        force_stiffness: list.iter().map(|spring| unless(spring.kind.is_left_to(filter), spring.stiffness)).collect(),
         damping: list.iter().map(|spring| spring.damping as f32).collect(),
         strain_limit: list.iter().map(|spring| spring.strain_limit as f32).collect(),
         type1: list.iter().filter(|spring| spring.kind.is_type1()).count(),

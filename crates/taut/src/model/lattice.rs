@@ -79,8 +79,8 @@ impl Lattice {
 
 impl SpringRun {
     fn push(&mut self, springs: &Springs, spring: usize) {
-        self.stiffness.push(springs.stiffness[spring]);
-        self.stiffness_rest.push(springs.stiffness[spring] * springs.rest[spring]);
+        self.stiffness.push(springs.force_stiffness[spring]);
+        self.stiffness_rest.push(springs.force_stiffness[spring] * springs.rest[spring]);
         self.damping.push(springs.damping[spring]);
     }
 }

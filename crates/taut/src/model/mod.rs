@@ -12,6 +12,7 @@ mod pins;
 mod reach;
 mod selection;
 mod springs;
+mod suits;
 mod timing;
 mod weights;
 mod winding;

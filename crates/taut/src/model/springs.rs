@@ -1,5 +1,7 @@
 //! All springs of all cloths, as arrays.
 
+use crate::scene::FilterKind;
+
 /// What a spring is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpringKind {
@@ -17,6 +19,19 @@ impl SpringKind {
     pub fn is_type1(self) -> bool {
         self != Self::Flexion
     }
+
+    /// Whether a filter has rigid rods in place of such springs.
+    ///
+    /// Of cloth these are warp and weft alone (Goldenthal et al. 2007): with rigid diagonals as well nothing could bend.
+    #[must_use]
+    pub fn is_rod(self, filter: FilterKind) -> bool {
+        self == Self::Structural && matches!(filter, FilterKind::Rods | FilterKind::FastProjection)
+    }
+
+    /// Whether a filter does what such springs would do as forces.
+    pub(super) fn is_left_to(self, filter: FilterKind) -> bool {
+        self.is_rod(filter) || (self.is_type1() && filter == FilterKind::Xpbd)
+    }
 }
 
 /// Springs, type 1 first.
@@ -28,8 +43,10 @@ pub struct Springs {
     pub kind: Vec<SpringKind>,
     /// L, the rest length [m].
     pub rest: Vec<f32>,
-    /// k_s [N/m].
+    /// k_s [N/m]; 0 for a rod, which stores no energy.
     pub stiffness: Vec<f32>,
+    /// k_s of the force [N/m]: 0 where the filter does the spring's work.
+    pub force_stiffness: Vec<f32>,
     /// k_D [kg/s].
     pub damping: Vec<f32>,
     /// lambda [1]; infinite for type 2.

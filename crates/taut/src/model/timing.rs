@@ -25,8 +25,10 @@ const CALM: f64 = 0.5;
 /// The fastest rates in a model.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rates {
-    /// w^2 of springs [1/s^2].
+    /// w^2 of the springs that act as forces [1/s^2].
     frequency_squared: f64,
+    /// w^2 of all springs, those that are left to the filter as well [1/s^2].
+    resolved: f64,
     /// g of dampers [1/s].
     damping: f64,
     /// g of the air [1/s].
@@ -37,7 +39,12 @@ impl Rates {
     /// Of springs and dampers; `drag` is the largest rate at which the air slows a particle [1/s].
     pub fn new(particles: &Particles, springs: &Springs, drag: f64) -> Self {
         let largest = |constants| largest_rate(particles, springs, constants);
-        Self { frequency_squared: largest(&springs.stiffness), damping: largest(&springs.damping), drag }
+        Self {
+            frequency_squared: largest(&springs.force_stiffness),
+            resolved: largest(&springs.stiffness),
+            damping: largest(&springs.damping),
+            drag,
+        }
     }
 }
 
@@ -48,10 +55,10 @@ fn bound(frequency_squared: f64, rate: f64) -> f64 {
 
 /// The step: chosen, or checked against its bound.
 ///
-/// The paper's filters look at every step of the springs. The coarse-to-fine filter takes longer steps, within which
+/// Most filters look at every step of the springs. The coarse-to-fine filter takes longer steps, within which
 /// springs and dampers go their own, shorter ones; only the air bounds it.
 pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> {
-    let Rates { frequency_squared, damping, drag } = rates;
+    let Rates { frequency_squared, resolved, damping, drag } = rates;
     let divided = scene.solver.filter == FilterKind::CoarseToFine;
     let bound = if divided { self::bound(0.0, drag) } else { self::bound(frequency_squared, damping + drag) };
     let frame = 1.0 / scene.fps;
@@ -60,7 +67,10 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
         let room = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(ROOMY, f64::min) / ROOMY;
         LONGEST.min((LONGEST * room).max(spring_step)).min(SAFETY * bound)
     } else {
-        SAFETY * bound
+        let by_constraints = matches!(scene.solver.filter, FilterKind::Rods | FilterKind::FastProjection | FilterKind::Xpbd);
+        let longest = if by_constraints { LONGEST } else { f64::INFINITY };
+        // One pass of "xpbd" carries a load one spring further, as a step of explicit springs does.
+        longest.min(SAFETY * self::bound(resolved, damping + drag))
     };
     // A frame that is a whole number of longest steps but for rounding needs no further one.
     let enough = (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);

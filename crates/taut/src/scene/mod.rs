@@ -107,6 +107,7 @@ impl Scene {
     /// Writes out everything that was left to a default, so that the scene reads the same for ever.
     fn fill_in(&mut self) {
         self.gravity = Some(self.gravity());
+        self.solver.iterations = Some(self.solver.iterations());
         for (index, cloth) in self.cloth.iter_mut().enumerate() {
             if cloth.name.is_empty() {
                 cloth.name = format!("cloth{index}");

@@ -15,11 +15,11 @@ pub struct Solver {
     pub force_step: bool,
     /// How velocities and positions advance: "euler" (the paper's, velocity first); where "coarse_to_fine" divides a step, leapfrog inside it.
     pub integrator: IntegratorKind,
-    /// What limits the stretch: "coarse_to_fine" (no spring over its limit, ever), "sweeps", "sequential" (the paper's steps 1 to 6 to the letter) or "none".
+    /// What limits the stretch: "coarse_to_fine" (no spring over its limit, ever), "sweeps", "sequential" (the paper's steps 1 to 6 to the letter), "provot", "rods", "fast_projection", "tethers", "xpbd" or "none".
     pub filter: FilterKind,
-    /// Most passes of "sweeps", or cycles of "coarse_to_fine", in one step [1].
-    pub iterations: u32,
-    /// "sweeps" stops early once no spring is over its limit by more than this fraction of it [1].
+    /// Most passes (cycles of "coarse_to_fine", solves of "fast_projection") in one step [1]; when left out: 200, of "fast_projection" 10, of "provot", "tethers" and "xpbd" 1.
+    pub iterations: Option<u32>,
+    /// "sweeps" and "rods" stop early once no spring is off its limit, or its length, by more than this fraction of it [1].
     pub tolerance: f64,
 }
 
@@ -30,9 +30,23 @@ impl Default for Solver {
             force_step: false,
             integrator: IntegratorKind::Euler,
             filter: FilterKind::CoarseToFine,
-            iterations: 200,
+            iterations: None,
             tolerance: 1e-3,
         }
+    }
+}
+
+impl Solver {
+    /// Most passes of the filter in one step [1].
+    #[must_use]
+    pub fn iterations(&self) -> u32 {
+        self.iterations.unwrap_or(match self.filter {
+            // What their authors do; more passes are another method.
+            FilterKind::Provot | FilterKind::Tethers | FilterKind::Xpbd => 1,
+            // Converges quadratically.
+            FilterKind::FastProjection => 10,
+            _ => 200,
+        })
     }
 }
 
@@ -56,6 +70,16 @@ pub enum FilterKind {
     Sweeps,
     /// The coarse-to-fine velocity constraint: every spring within its limit after every step.
     CoarseToFine,
+    /// Positions of over-stretched springs are corrected, one spring after the other, half by each end (Provot 1995).
+    Provot,
+    /// Rigid rods in place of the structural springs, by repeated projections (after Li & Xiu 2006).
+    Rods,
+    /// Inextensible warp and weft, by Newton steps with a sparse factorisation (Goldenthal et al. 2007).
+    FastProjection,
+    /// No particle further from its nearest pins than along the cloth (Kim, Chentanez & Müller-Fischer 2012).
+    Tethers,
+    /// Compliant springs that turn rigid at the limit, one pass a step (Macklin et al. 2019).
+    Xpbd,
 }
 
 /// Steps per frame.

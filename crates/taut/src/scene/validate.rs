@@ -52,8 +52,8 @@ fn check_solver(scene: &Scene) -> Check {
     {
         return Err(out_of_range("solver.substeps", count, &format!("in [1, {MOST_SUBSTEPS}]"), "\"auto\""));
     }
-    if !(1..=1_000_000).contains(&scene.solver.iterations) {
-        return Err(out_of_range("solver.iterations", scene.solver.iterations, "in [1, 1000000]", "200"));
+    if !(1..=1_000_000).contains(&scene.solver.iterations()) {
+        return Err(out_of_range("solver.iterations", scene.solver.iterations(), "in [1, 1000000]", "200"));
     }
     within("solver.tolerance", scene.solver.tolerance, 0.0, 1.0, "0.001")
 }

@@ -23,7 +23,14 @@ impl Simulation {
     }
 
     pub fn on_threads(scene: &Value, threads: usize) -> Self {
-        let model = model(scene);
+        Self::with_threads(model(scene), threads)
+    }
+
+    pub fn of(model: Model) -> Self {
+        Self::with_threads(model, 1)
+    }
+
+    fn with_threads(model: Model, threads: usize) -> Self {
         let state = State::new(&model);
         let work = Work::new(&model, threads);
         Self { before: state.clone(), model, state, work }

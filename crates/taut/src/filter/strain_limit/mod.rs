@@ -4,9 +4,15 @@
 
 mod coarse_to_fine;
 mod coloured;
+mod fast_projection;
 mod none;
+mod provot;
+mod rods;
 mod sequential;
+mod surface;
 mod sweeps;
+mod tethers;
+mod xpbd;
 
 use super::Limited;
 use crate::geometry::{Pool, Vectors};
@@ -28,5 +34,10 @@ pub(super) fn new(model: &Model) -> Box<dyn StrainLimit> {
         FilterKind::Sequential => Box::new(sequential::Sequential::new(model)),
         FilterKind::CoarseToFine => Box::new(coarse_to_fine::CoarseToFine::new(model)),
         FilterKind::Sweeps => Box::new(sweeps::Sweeps::new(model)),
+        FilterKind::Provot => Box::new(provot::Provot::new(model)),
+        FilterKind::Rods => Box::new(rods::Rods::new(model)),
+        FilterKind::FastProjection => Box::new(fast_projection::FastProjection::new(model)),
+        FilterKind::Tethers => Box::new(tethers::Tethers::new(model)),
+        FilterKind::Xpbd => Box::new(xpbd::Xpbd::new(model)),
     }
 }

@@ -5,8 +5,10 @@
 //! projection leads further away from X if X is admissible, so the filter never adds kinetic energy
 //! (docs/equations.md, "Sweeps").
 
+use glam::Vec3;
+
 use super::StrainLimit;
-use super::coloured::{ColouredSprings, Pass};
+use super::coloured::{ColouredSprings, Found, Pass};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
@@ -14,12 +16,20 @@ use crate::state::State;
 
 /// The limited springs by colour.
 pub(super) struct Sweeps {
-    springs: ColouredSprings,
+    springs: ColouredSprings<Spring>,
+}
+
+struct Spring {
+    /// R [m].
+    limit: f32,
+    /// w_u / (w_u + w_v); the other end has the rest.
+    share: f32,
 }
 
 impl Sweeps {
     pub(super) fn new(model: &Model) -> Self {
-        Self { springs: ColouredSprings::new(model, 0..model.springs.type1) }
+        let keep = |spring, [u, v]: [f32; 2]| Spring { limit: model.springs.greatest_length(spring), share: u / (u + v) };
+        Self { springs: ColouredSprings::new(model, 0..model.springs.type1, keep) }
     }
 }
 
@@ -28,9 +38,9 @@ impl StrainLimit for Sweeps {
         let step = model.timing.step_length as f32;
         let allowed = (1.0 + model.solver.tolerance as f32).powi(2);
         let mut limited = Limited::default();
-        while limited.sweeps < model.solver.iterations {
-            let pass = Pass { step, aim: 1.0, backwards: limited.sweeps % 2 == 1 };
-            let found = self.springs.sweep(ends, &mut state.velocities, pass, pool);
+        while limited.sweeps < model.solver.iterations() {
+            let pass = Pass { step, backwards: limited.sweeps % 2 == 1 };
+            let found = self.springs.sweep(ends, &mut state.velocities, pass, pool, project);
             if limited.sweeps == 0 {
                 limited.springs = found.over;
             }
@@ -41,4 +51,16 @@ impl StrainLimit for Sweeps {
         }
         limited
     }
+}
+
+/// Pulls a spring that is over its limit back to it; the violation is (|P_uv| / R)^2.
+fn project(p_uv: Vec3, spring: &mut Spring, found: &mut Found) -> Option<[Vec3; 2]> {
+    let (square, limit) = (p_uv.length_squared(), spring.limit * spring.limit);
+    found.worst = found.worst.max(square / limit);
+    if square <= limit {
+        return None;
+    }
+    found.over += 1;
+    let pull = p_uv * (1.0 - spring.limit / square.sqrt());
+    Some([pull * spring.share, pull * (spring.share - 1.0)])
 }

@@ -98,7 +98,7 @@ impl Unit {
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame));
         let mut since_restart = 0;
-        while worst > self.enough && limited.sweeps < model.solver.iterations {
+        while worst > self.enough && limited.sweeps < model.solver.iterations() {
             let now = self.levels.cycle(if since_restart < 2 { 0.0 } else { MOMENTUM }, self.enough, pool);
             limited.sweeps += 1;
             since_restart = if now > RESTART * worst { 0 } else { since_restart + 1 };

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::coarsen::{Cloth, Draft, coarser};
 use super::level::{Level, Spring};
-use super::surface::{Search, Surface};
+use crate::filter::strain_limit::surface::{Search, Surface};
 use crate::geometry::Vectors;
 use crate::model::{Adjacency, ClothRange, Model};
 

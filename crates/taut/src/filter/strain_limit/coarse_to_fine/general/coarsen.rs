@@ -5,8 +5,8 @@
 
 use std::collections::VecDeque;
 
-use super::surface::{Search, Surface};
 use super::weights::weights;
+use crate::filter::strain_limit::surface::{Search, Surface};
 
 /// A chosen particle stands for those nearer than this, in mean distances of neighbours.
 const REACH: f32 = 2.0;

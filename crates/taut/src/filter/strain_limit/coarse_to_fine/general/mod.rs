@@ -9,7 +9,6 @@ mod build;
 mod coarsen;
 mod forest;
 mod level;
-mod surface;
 mod tiles;
 mod weights;
 

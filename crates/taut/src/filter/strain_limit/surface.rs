@@ -74,13 +74,18 @@ impl Search {
 
     /// Finds the particles within `radius` of `source`, `most` of them at most: hubs with many links know no bounds.
     pub fn run(&mut self, surface: &Surface, source: u32, radius: f32, most: usize) {
+        self.run_while(surface, source, radius, most, |_, _| true);
+    }
+
+    /// As [`Self::run`], but does not go on from a particle where its distance is not `wanted`.
+    pub fn run_while(&mut self, surface: &Surface, source: u32, radius: f32, most: usize, wanted: impl Fn(u32, f32) -> bool) {
         for particle in self.reached.drain(..) {
             self.distance[particle as usize] = f32::INFINITY;
         }
         self.improve(source, 0.0, radius);
         while let Some(Reverse((bits, here))) = self.queue.pop() {
             let so_far = f32::from_bits(bits);
-            if so_far > self.distance(here) || self.reached.len() > most {
+            if so_far > self.distance(here) || self.reached.len() > most || !wanted(here, so_far) {
                 continue;
             }
             for &(other, length) in surface.links(here) {
