@@ -7,12 +7,12 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Air, ClothRange, Lattice, Link, MeshData, Model, Panels, Particles, PinGroup, SpringKind, Springs, grid, mesh,
-    network, pins, reach,
+    Adjacency, Air, ClothRange, Lattice, Link, MeshData, Model, Panels, Particles, PinGroup, Resistance, SpringKind, Springs,
+    grid, mesh, network, pins, reach,
     timing::{self, Rates},
 };
 use crate::geometry::Vectors;
-use crate::scene::{Cloth, PointMass, Scene, SceneError, Source};
+use crate::scene::{Cloth, PointMass, Scene, SceneError, Source, WindLaw};
 
 /// Particle and spring numbers are 32 bits wide.
 const MOST_PARTICLES: usize = i32::MAX as usize;
@@ -24,10 +24,11 @@ impl Model {
     /// A mesh is missing or unusable, a pin matches nothing, pins are out of the cloth's reach, the step is over its bound.
     pub fn build(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Self, SceneError> {
         let mut assembly = Assembly { warnings: scene.warnings(), ..Assembly::default() };
+        let law = scene.wind.as_ref().map_or(WindLaw::Pressure, |wind| wind.law);
         for (index, cloth) in scene.cloth.iter().enumerate() {
             let at = format!("cloth[{index}]");
             let part = build_part(cloth, &at, meshes)?;
-            assembly.add(cloth, part, &at)?;
+            assembly.add(cloth, part, law, &at)?;
         }
         assembly.finish(scene)
     }
@@ -81,7 +82,7 @@ struct Spring {
 }
 
 impl Assembly {
-    fn add(&mut self, cloth: &Cloth, part: Part, at: &str) -> Result<(), SceneError> {
+    fn add(&mut self, cloth: &Cloth, part: Part, law: WindLaw, at: &str) -> Result<(), SceneError> {
         let first = self.particles.mass.len();
         if first + part.points.len() > MOST_PARTICLES {
             return Err(SceneError::at(at, format!("more than {MOST_PARTICLES} vertices in all")));
@@ -90,6 +91,8 @@ impl Assembly {
         self.warnings.extend(part.notes.iter().map(|note| format!("{} ({at}): {note}", cloth.name)));
         self.pins.extend(pins::build(cloth, &part, at, first as u32, &mut self.warnings)?);
         let areas = part.areas();
+        let lift = if law == WindLaw::DragLift { material.lift_coefficient } else { 0.0 };
+        let coefficient = material.drag_coefficient + lift + cloth.friction_coefficient;
         for (index, point) in part.points.iter().enumerate() {
             let mass = match cloth.network.as_ref().map(|network| &network.mass) {
                 Some(PointMass::One(mass)) => *mass,
@@ -101,14 +104,18 @@ impl Assembly {
             self.particles.inverse_mass.push(if single > 0.0 { 1.0 / single } else { 0.0 });
             self.particles.mass.push(single);
             self.particles.air_drag.push(material.air_drag as f32);
-            self.particles.drag_coefficient.push(material.drag_coefficient as f32);
+            self.particles.wind.push(Resistance {
+                drag: material.drag_coefficient as f32,
+                lift: material.lift_coefficient as f32,
+                friction: cloth.friction_coefficient as f32,
+            });
             let rest = &mut self.particles.rest;
             let point = point.as_vec3();
             rest.x.push(point.x);
             rest.y.push(point.y);
             rest.z.push(point.z);
             if mass > 0.0 {
-                self.wind_rate = self.wind_rate.max(material.drag_coefficient * areas[index] / mass);
+                self.wind_rate = self.wind_rate.max(coefficient * areas[index] / mass);
             }
         }
         self.drag_rate = self.drag_rate.max(material.air_drag);

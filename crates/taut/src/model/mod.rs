@@ -3,6 +3,7 @@
 mod adjacency;
 mod air;
 mod build;
+mod flow;
 mod grid;
 mod lattice;
 mod mesh;
@@ -20,6 +21,7 @@ use glam::Vec3;
 
 pub use adjacency::Adjacency;
 pub use air::{Air, Wave};
+pub use flow::{Flows, Outflow, Vortex};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use pins::PinGroup;
@@ -97,8 +99,19 @@ pub struct Particles {
     pub inverse_mass: Vec<f32>,
     /// k_A [1/s].
     pub air_drag: Vec<f32>,
+    /// C_d, C_l and C_f [1].
+    pub wind: Vec<Resistance>,
+}
+
+/// How strongly the wind acts on a cloth.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Resistance {
     /// C_d [1].
-    pub drag_coefficient: Vec<f32>,
+    pub drag: f32,
+    /// C_l [1].
+    pub lift: f32,
+    /// C_f [1].
+    pub friction: f32,
 }
 
 /// What has mass and catches the wind: the triangles of a mesh, the whole cells of a grid. Cutting cells along one

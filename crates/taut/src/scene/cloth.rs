@@ -51,6 +51,11 @@ pub struct Cloth {
     /// The paper's C_d, resistance to wind across the cloth [1].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drag_coefficient: Option<f64>,
+    /// Lift across the relative wind, for `wind.law = "drag_lift"` [1]; the drag coefficient when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lift_coefficient: Option<f64>,
+    /// Friction of the relative wind along both sides of the cloth together [1]; 0 leaves it out, as the paper does.
+    pub friction_coefficient: f64,
     /// What is held.
     pub pins: Vec<Pin>,
 }
@@ -74,6 +79,8 @@ impl Default for Cloth {
             damping: None,
             air_drag: None,
             drag_coefficient: None,
+            lift_coefficient: None,
+            friction_coefficient: 0.0,
             pins: Vec::new(),
         }
     }
@@ -108,6 +115,7 @@ impl Cloth {
         let stiffness = self.stiffness.unwrap_or(preset.stiffness);
         // A stiffness given alone speaks for the shear springs too: the paper has a single k_s.
         let shear_preset = if self.stiffness.is_some() { stiffness } else { preset.shear_stiffness };
+        let drag_coefficient = self.drag_coefficient.unwrap_or(preset.drag_coefficient);
         Material {
             strain_limit: self.strain_limit.unwrap_or(preset.strain_limit),
             density: self.density.unwrap_or(preset.density),
@@ -115,7 +123,8 @@ impl Cloth {
             shear_stiffness: self.shear_stiffness.unwrap_or(shear_preset),
             damping: self.damping.unwrap_or(preset.damping),
             air_drag: self.air_drag.unwrap_or(preset.air_drag),
-            drag_coefficient: self.drag_coefficient.unwrap_or(preset.drag_coefficient),
+            drag_coefficient,
+            lift_coefficient: self.lift_coefficient.unwrap_or(drag_coefficient),
         }
     }
 
@@ -129,6 +138,7 @@ impl Cloth {
         self.damping = Some(material.damping);
         self.air_drag = Some(material.air_drag);
         self.drag_coefficient = Some(material.drag_coefficient);
+        self.lift_coefficient = Some(material.lift_coefficient);
     }
 }
 

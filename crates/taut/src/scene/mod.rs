@@ -20,7 +20,7 @@ pub use error::SceneError;
 pub use fabric::{Fabric, Material};
 pub use pin::{Corner, Edge, Keyframe, Pin, Selector};
 pub use solver::{FilterKind, IntegratorKind, Solver, Substeps};
-pub use wind::{Gust, Wind, WindModel};
+pub use wind::{Flow, FlowElement, FlowKind, Gust, Wind, WindLaw, WindModel};
 
 /// A scene: cloths, the air and gravity they live in, and how to simulate them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
