@@ -2,6 +2,7 @@
 
 mod adjacency;
 mod air;
+mod bending;
 mod build;
 mod flow;
 mod grid;
@@ -21,6 +22,7 @@ use glam::Vec3;
 
 pub use adjacency::Adjacency;
 pub use air::{Air, Wave};
+pub use bending::{Bend, Bending, Buckling};
 pub use flow::{Flows, Outflow, Vortex};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
@@ -41,6 +43,8 @@ pub struct Model {
     pub springs: Springs,
     /// The springs of each particle that are not in a lattice.
     pub links: Adjacency<Link>,
+    /// What resists bending.
+    pub bending: Bending,
     /// The triangles of all cloths, as they are shown: particles counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
     /// The same surface as masses and wind see it.
@@ -76,6 +80,8 @@ pub struct ClothRange {
     pub springs: Range<usize>,
     /// Whether its particles have springs that are not in a lattice.
     pub linked: bool,
+    /// Whether it resists bending.
+    pub bends: bool,
     /// Which of the model's lattices it is, if it is a grid.
     pub lattice: Option<usize>,
 }

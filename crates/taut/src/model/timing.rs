@@ -6,7 +6,7 @@
 //! h < 4 / (g + sqrt(g^2 + 4 w^2)). Gershgorin's theorem on the spring matrix bounds w^2 and g by the largest
 //! d_u/m_u + d_v/m_v over the springs uv, d being the sum of the constants at a particle (docs/equations.md, "Step").
 
-use super::{Particles, Springs, Timing};
+use super::{Bending, Particles, Springs, Timing};
 use crate::scene::{FilterKind, Scene, SceneError, Substeps};
 
 /// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
@@ -20,7 +20,7 @@ const ROOMY: f64 = 0.1;
 /// The fastest rates in a model.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rates {
-    /// w^2 of springs [1/s^2].
+    /// w^2 of springs and bending [1/s^2].
     frequency_squared: f64,
     /// g of dampers [1/s].
     damping: f64,
@@ -29,10 +29,12 @@ pub(super) struct Rates {
 }
 
 impl Rates {
-    /// Of springs and dampers; `drag` is the largest rate at which the air slows a particle [1/s].
-    pub fn new(particles: &Particles, springs: &Springs, drag: f64) -> Self {
+    /// Of springs, bending and dampers; `drag` is the largest rate at which the air slows a particle [1/s].
+    pub fn new(particles: &Particles, springs: &Springs, bending: &Bending, drag: f64) -> Self {
         let largest = |constants| largest_rate(particles, springs, constants);
-        Self { frequency_squared: largest(&springs.stiffness), damping: largest(&springs.damping), drag }
+        // The largest eigenvalue of a sum is at most the sum of the largest ones.
+        let frequency_squared = largest(&springs.stiffness) + bending.largest_rate(particles);
+        Self { frequency_squared, damping: largest(&springs.damping), drag }
     }
 }
 
@@ -61,8 +63,9 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     let enough = (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
     let substeps = match scene.solver.substeps {
         Substeps::Auto if enough > MOST_STEPS => {
-            let problem =
-                format!("\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness or damping");
+            let problem = format!(
+                "\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness, bending or damping"
+            );
             return Err(SceneError::at("solver.substeps", problem));
         }
         Substeps::Auto => enough as u32,
@@ -70,7 +73,7 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
             let step = frame / f64::from(count);
             if step > bound && !scene.solver.force_step {
                 let problem = format!(
-                    "the step of {:.4} ms is over the stability bound of {:.4} ms (springs, damping, drag and wind); \
+                    "the step of {:.4} ms is over the stability bound of {:.4} ms (springs, bending, damping, drag and wind); \
                      use at least {enough}, or \"auto\", or set solver.force_step = true",
                     step * 1e3,
                     bound * 1e3
@@ -86,7 +89,7 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     }
     let spring_steps = (step_length / (SAFETY * self::bound(frequency_squared, 0.0))).ceil().max(1.0);
     if spring_steps * f64::from(substeps) > MOST_STEPS {
-        let problem = format!("springs would need {spring_steps} parts of each step; lower stiffness");
+        let problem = format!("springs would need {spring_steps} parts of each step; lower stiffness or bending");
         return Err(SceneError::at("solver.substeps", problem));
     }
     let rate = step_length * damping / SAFETY;

@@ -42,6 +42,10 @@ pub struct Cloth {
     pub shear_stiffness: Option<f64>,
     /// k_s of each type 2 spring (two cells apart) [N/m]; 0 leaves them out, as the paper does.
     pub flexion_stiffness: f64,
+    /// Bending stiffness [N m], independent of resolution; in a network that of each line of links [N m^2]. 0 leaves bending out, as the paper does.
+    pub bending: f64,
+    /// What `bending` means: "quadratic" (a thin plate, for droop and folds) or "choi_ko" (type 2 springs that buckle at once under compression).
+    pub bending_model: BendingModel,
     /// The paper's k_D, relative-velocity damping along all springs [kg/s], independent of resolution like `stiffness`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
@@ -76,6 +80,8 @@ impl Default for Cloth {
             stiffness: None,
             shear_stiffness: None,
             flexion_stiffness: 0.0,
+            bending: 0.0,
+            bending_model: BendingModel::Quadratic,
             damping: None,
             air_drag: None,
             drag_coefficient: None,
@@ -84,6 +90,16 @@ impl Default for Cloth {
             pins: Vec::new(),
         }
     }
+}
+
+/// How a cloth resists bending.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BendingModel {
+    /// A thin plate of Poisson's ratio 0 with a constant matrix (Bergou et al. 2006).
+    Quadratic,
+    /// Type 2 springs that push with the force of a buckled arc (Choi & Ko 2002).
+    ChoiKo,
 }
 
 /// Where the points of a cloth come from.

@@ -15,7 +15,7 @@ mod wind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use cloth::{Axis, Cloth, Grid, Network, PointMass, Source};
+pub use cloth::{Axis, BendingModel, Cloth, Grid, Network, PointMass, Source};
 pub use error::SceneError;
 pub use fabric::{Fabric, Material};
 pub use pin::{Corner, Edge, Keyframe, Pin, Selector};

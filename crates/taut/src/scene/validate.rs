@@ -144,6 +144,7 @@ fn check_material(at: &str, cloth: &Cloth) -> Check {
     within(&format!("{at}.stiffness"), material.stiffness, 0.0, 1e9, "20")?;
     within(&format!("{at}.shear_stiffness"), material.shear_stiffness, 0.0, 1e9, "10")?;
     within(&format!("{at}.flexion_stiffness"), cloth.flexion_stiffness, 0.0, 1e9, "0")?;
+    within(&format!("{at}.bending"), cloth.bending, 0.0, 1e6, "1e-5")?;
     within(&format!("{at}.damping"), material.damping, 0.0, 1e6, "0.005")?;
     within(&format!("{at}.air_drag"), material.air_drag, 0.0, 1e6, "0.1")?;
     within(&format!("{at}.drag_coefficient"), material.drag_coefficient, 0.0, 1e3, "1.2")?;
