@@ -23,24 +23,21 @@ LENGTH, HEIGHT, CELLS = 2.0, 1.0, (64, 32)
 START, SECONDS, FPS = 2.0, 6.0, 60.0
 AIR = 1.2
 
-VORTICES = [
-    {"kind": "vortex", "centre": [0.7, 0.35, 0.0], "axis": [0, 0, 1], "circulation": 1.5, "core": 0.25},
-    {"kind": "vortex", "centre": [1.5, -0.35, 0.0], "axis": [0, 0, 1], "circulation": -1.5, "core": 0.25},
-]
-RUBBED = {"friction_coefficient": 0.01}
-GUST = {"gust": {"strength": 0.3, "period": 1.7, "seed": 1}}
+FRICTION = 0.01
+GUST = {"strength": 0.3, "period": 1.7, "seed": 1}
 
-WINDS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
-    "pressure on particles": ({}, {}),
-    "pressure on triangles": ({"model": "triangle"}, {}),
-    "drag and lift on particles": ({"law": "drag_lift"}, {}),
-    "drag and lift on triangles": ({"law": "drag_lift", "model": "triangle"}, {}),
-    "pressure and friction": ({}, RUBBED),
-    "pressure and friction, gusts": (GUST, RUBBED),
-    "pressure and friction, two vortices": ({"elements": VORTICES}, RUBBED),
-    "the same with gusts": ({"elements": VORTICES, **GUST}, RUBBED),
+WINDS: dict[str, dict[str, Any]] = {
+    "pressure on particles": {},
+    "pressure on triangles": {"model": "triangle"},
+    "drag and lift on particles": {"law": "drag_lift"},
+    "drag and lift on triangles": {"law": "drag_lift", "model": "triangle"},
+    "pressure and friction": {"friction": FRICTION},
+    "pressure, two vortices": {"vortices": 0.5},
+    "pressure, gusts": {"gust": GUST},
+    "drag and lift, gusts": {"law": "drag_lift", "gust": GUST},
+    "drag and lift, gusts, two vortices": {"law": "drag_lift", "gust": GUST, "vortices": 0.5},
 }
-SHOWN = list(WINDS)[0::2][:2] + list(WINDS)[5:7]
+SHOWN = [list(WINDS)[row] for row in (0, 2, 6, 8)]
 
 
 @dataclass(frozen=True)
@@ -61,23 +58,32 @@ class Flown:
 
 def scene(name: str, speed: float) -> taut.Scene:
     """The flag of a row, at a mean wind speed [m/s]."""
-    wind, cloth = WINDS[name]
+    wind = dict(WINDS[name])
+    vortices = vortices_of(wind.pop("vortices", 0.0) * speed)
     flag = {
         "grid": {"size": [LENGTH, HEIGHT], "cells": list(CELLS), "origin": [0, 0, 1]},
         "fabric": "nylon",
         "density": 0.12,
         "air_drag": 0.0,
         "bending": 1e-5,
+        "friction_coefficient": wind.pop("friction", 0.0),
         "pins": [{"edge": "left"}],
     }
     document = {
         "title": f"{name[0].upper()}{name[1:]}, {speed:g} m/s",
         "duration": SECONDS,
         "fps": FPS,
-        "wind": {"velocity": [speed, 0.05 * speed, 0.0], "density": AIR, **wind},
-        "cloth": [{**flag, **cloth}],
+        "wind": {"velocity": [speed, 0.05 * speed, 0.0], "density": AIR, "elements": vortices, **wind},
+        "cloth": [flag],
     }
     return taut.Scene(document)
+
+
+def vortices_of(circulation: float) -> list[dict[str, Any]]:
+    """Two vortices of opposite sense [m^2/s] beside the flag, as behind a pole; 0 for none."""
+    places = [(0.7, 0.35, circulation), (1.5, -0.35, -circulation)]
+    shape = {"kind": "vortex", "axis": [0, 0, 1], "core": 0.25}
+    return [{**shape, "centre": [x, y, 0.0], "circulation": turn} for x, y, turn in places if turn]
 
 
 def fly(name: str, speed: float) -> Flown:
