@@ -53,7 +53,7 @@ class Flown:
     beat: float
     """Its mean frequency (passes through its mean, in pairs) times the length over the wind speed [1]."""
     rough: float
-    """Root mean square angle between neighbouring triangles' normals, over the last frame [degrees]."""
+    """Root mean square fold between the triangles of a cell, mean over time [degrees]."""
 
 
 def scene(name: str, speed: float) -> taut.Scene:
@@ -90,12 +90,13 @@ def fly(name: str, speed: float) -> Flown:
     """Simulate a row's flag and measure it."""
     simulation = taut.Simulation(scene(name, speed))
     tip = (CELLS[0] + 1) * (CELLS[1] // 2) + CELLS[0]
-    forces, tips = [], []
+    forces, tips, folds = [], [], []
 
     def look(now: taut.Simulation) -> None:
         if now.time > START:
             forces.append(now.external_forces()[:, 0].sum(dtype=float))
             tips.append(now.positions[tip].astype(float))
+            folds.append(roughness(now.positions, now.faces))
 
     simulation.run(round(SECONDS * FPS), look)
     path = np.array(tips)
@@ -107,7 +108,7 @@ def fly(name: str, speed: float) -> Flown:
         hang=float(np.degrees(np.arctan2(drop, path[:, 0].mean()))),
         sway=float(np.sqrt(np.mean(side**2))) / LENGTH,
         beat=beats * LENGTH / speed,
-        rough=roughness(simulation.positions, simulation.faces),
+        rough=float(np.mean(folds)),
     )
 
 
@@ -136,7 +137,7 @@ def main() -> None:
     rows = ["| wind | " + " | ".join(f"{speed:g} m/s" for speed in speeds) + " |", "|---|---|---|---|"]
     for name in WINDS:
         flown = [fly(name, speed) for speed in speeds]
-        cells = [f"{f.drag:.3f}, {f.hang:.0f}°, {f.sway:.2f}, {f.beat:.2f}, {f.rough:.1f}°" for f in flown]
+        cells = [f"{f.drag:.3f}, {round(f.hang)}°, {f.sway:.2f}, {f.beat:.2f}, {f.rough:.1f}°" for f in flown]
         rows.append(f"| {name} | " + " | ".join(cells) + " |")
         print(rows[-1], flush=True)
     head, rest = PAGE.read_text().split(BEGIN)
