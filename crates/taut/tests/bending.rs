@@ -304,11 +304,11 @@ fn the_step_is_bounded_by_the_stiffest_bending() {
     }
 }
 
-/// Of points in a line, the second of two springs' worth.
+/// Over two links in a line that are compressed together with so many N/m.
 fn spring(compression: f64) -> Buckling {
     let cloth = json!({
         "network": { "points": [[0, 0, 0], [0.05, 0, 0], [0.1, 0, 0]], "links": [[0, 1], [1, 2]], "mass": 0.001 },
-        "stiffness": compression * 0.1, "bending": 2e-6, "bending_model": "choi_ko",
+        "stiffness": 2.0 * compression, "bending": 2e-6, "bending_model": "choi_ko",
     });
     let model = model(&json!({ "cloth": [cloth] }));
     assert!(model.springs.kind.iter().all(|kind| kind.is_type1()));

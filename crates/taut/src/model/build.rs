@@ -132,9 +132,15 @@ impl Assembly {
             let seeds = part.springs.iter().filter(|seed| seed.kind == SpringKind::Flexion);
             self.buckling.extend(seeds.flat_map(|seed| {
                 let rest = part.rest_length(seed.ends);
-                let breadth = seed.weight * if cloth.network.is_none() { cloth.scale } else { 1.0 };
+                // It is compressed like the two structural springs beneath it.
+                let (breadth, compression) = if cloth.network.is_some() {
+                    (1.0, 0.5 * material.stiffness)
+                } else {
+                    let breadth = seed.weight * cloth.scale;
+                    (breadth, material.stiffness * breadth / rest)
+                };
                 // Springs two cells long overlap: each has half of the bending stiffness of its breadth of cloth.
-                let (half, compression) = (0.5 * cloth.bending * breadth, material.stiffness * breadth / rest);
+                let half = 0.5 * cloth.bending * breadth;
                 let [a, b] = seed.ends.map(|end| end + shift);
                 [(a, b), (b, a)].map(|(here, other)| (here, Buckling::new(other, rest, half, compression)))
             }));
