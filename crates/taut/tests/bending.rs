@@ -345,3 +345,23 @@ fn a_type_2_spring_is_compressed_before_it_buckles() {
     assert!((soft.pull(knee * 1.0001) / soft.pull(knee * 0.9999) - 1.0).abs() < 0.05);
     assert!(soft.knee > 1e-3 && soft.knee < 0.1, "{}", soft.knee);
 }
+
+#[test]
+fn provots_springs_store_the_fourth_power_of_the_curvature() {
+    let cloth = json!({
+        "grid": { "size": [1.0, 0.2], "cells": [20, 4], "axes": ["x", "y"] }, "stiffness": 0.0, "flexion_stiffness": 30.0,
+    });
+    let model = model(&json!({ "cloth": [cloth] }));
+    assert!(!model.cloths[0].bends && model.springs.len() > model.springs.type1);
+    for curvature in [2.0_f64, 4.0] {
+        let rolled = shaped(&model, |p| {
+            let angle = curvature * p.x;
+            DVec3::new(angle.sin() / curvature, p.y, (1.0 - angle.cos()) / curvature)
+        });
+        // A chord over an arc of length L is shorter by k^2 L^3 / 24; there are 19 such springs in each of 5 rows.
+        let shorter = curvature * curvature * 0.1_f64.powi(3) / 24.0;
+        let expected = 19.0 * 5.0 * 0.5 * 30.0 * shorter * shorter;
+        let found = energy(&model, &rolled);
+        assert!((found / expected - 1.0).abs() < 0.01, "curvature {curvature}: {found} J instead of {expected} J");
+    }
+}
