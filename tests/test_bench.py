@@ -193,4 +193,15 @@ def test_every_target_can_be_measured() -> None:
     assert all(len(row) == 4 for row in rows)
     met = {row[3].strip("` |"): row[2] for row in rows}
     assert met["bound"] == met["momentum"] == "yes"
-    assert {"growth", "one-thread", "two-threads", "tight", "peak-speed", "path", "mesh", "cuts"} <= set(met)
+    assert {
+        "growth",
+        "one-thread",
+        "two-threads",
+        "tight",
+        "peak-speed",
+        "path",
+        "tip",
+        "chain",
+        "mesh",
+        "cuts",
+    } <= set(met)

@@ -231,3 +231,28 @@ def test_ctrl_c_keeps_the_frames(flag_file: Path, tmp_path: Path) -> None:
     cache = Cache.open(out)
     assert cache.frames >= 3
     assert cache.is_whole(cache.frames - 1)
+
+
+STAR = """\
+duration = 0.5
+[[cloth]]
+strain_limit = 0.05
+pins = [
+    { vertices = [1], move = [[0.4, [0.09, 0, 0]]] },
+    { vertices = [2], move = [[0.4, [-0.045, 0.078, 0]]] },
+    { vertices = [3], move = [[0.4, [-0.045, -0.078, 0]]] },
+]
+[cloth.network]
+points = [[0, 0, 0], [1, 0, 0], [-0.5, 0.866, 0], [-0.5, -0.866, 0]]
+links = [[0, 1], [0, 2], [0, 3]]
+"""
+
+
+def test_pins_that_the_cloth_cannot_follow_are_named_in_the_summary(taut: Command, tmp_path: Path) -> None:
+    (tmp_path / "star.toml").write_text(STAR)
+    done = taut("run", tmp_path / "star.toml", "--out", tmp_path / "star.zarr")
+    held_back = json.loads(taut("info", tmp_path / "star.zarr", "--json").out)["held_back_pins"]
+    assert held_back > 10
+    assert f"{held_back} shortened by the certificate ({held_back} times with pins held back)" in " ".join(
+        done.out.split()
+    )

@@ -27,6 +27,21 @@ def test_arrays_have_the_shapes_that_are_promised(simulation: Simulation) -> Non
     assert simulation.step_length * simulation.substeps == pytest.approx(1 / 60)
 
 
+def test_weights_are_spread_over_what_they_name(flag: dict[str, Any]) -> None:
+    bare = Simulation(Scene(flag)).mass.astype(np.float64)
+    flag["cloth"][0]["weights"] = [{"edge": "right", "mass": 0.5}, {"corner": "top-right", "mass": 0.2}]
+    weighted = Simulation(Scene(flag))
+    extra = weighted.mass - bare
+    expected = np.zeros((5, 7))
+    expected[:, 6] = 0.1
+    expected[4, 6] += 0.2
+    np.testing.assert_allclose(extra, expected.ravel(), atol=1e-7)
+    heights = weighted.positions[:, 2].astype(np.float64)
+    potential = 9.81 * (weighted.mass * heights)[~weighted.pinned].sum()
+    assert weighted.report.potential_energy == pytest.approx(potential, rel=1e-5)
+    assert potential > 9.81 * (bare * heights).sum() + 1
+
+
 def test_views_are_live_and_read_only(simulation: Simulation) -> None:
     positions, before = simulation.positions, simulation.positions.copy()
     report = simulation.step(3)

@@ -47,6 +47,8 @@ class Report(TypedDict):
     """Passes over the springs (or cycles over all levels) of the filter, summed over the steps."""
     cuts: int
     """Times that the certificate had to shorten the step of a cloth to keep its limit."""
+    held_back_pins: int
+    """Those of them in which pins had to wait: they moved apart further than the cloth could follow."""
     kinetic_energy: float
     """At the end of the call [J]."""
     elastic_energy: float

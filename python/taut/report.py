@@ -30,6 +30,8 @@ class Report:
     """Passes over the springs (or cycles over all levels) of the filter, summed over the steps [1]."""
     cuts: int
     """Times that the certificate had to shorten the step of a cloth to keep its limit [1]."""
+    held_back_pins: int
+    """Those of them in which pins had to wait: they moved apart further than the cloth could follow [1]."""
     kinetic_energy: float
     """At the end of the call [J]."""
     elastic_energy: float

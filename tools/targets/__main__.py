@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable
 
-from tools.targets import limit, momentum, motion, speed
+from tools.targets import chain, limit, momentum, motion, speed
 from tools.targets.table import FULL, QUICK, Effort, Row, markdown, write
 
 ROWS: dict[str, Callable[[Effort], Row]] = {
@@ -16,6 +16,8 @@ ROWS: dict[str, Callable[[Effort], Row]] = {
     "tight": speed.tight,
     "peak-speed": motion.peak_speed,
     "path": motion.path_of_the_centre,
+    "tip": motion.heavy_tip,
+    "chain": chain.swing,
     "momentum": momentum.drift,
     "mesh": speed.mesh,
 }

@@ -27,6 +27,8 @@ CELLS = {
 MESHES = {8: 300, 24: 200, 48: 100}  # irregular ones, the same
 LIMITS = (0.01, 0.02, 0.05, 0.10, 0.15)
 RATES = (30.0, 60.0, 120.0, 240.0, 500.0, 1000.0)  # [1/s]
+SOLVERS: tuple[dict[str, Any], ...] = ({"substeps": "auto"}, {"substeps": 1, "force_step": True})
+"""Steps that the engine chooses, and a single one a frame even where that is too long for springs or air."""
 WINDS = (0.0, 40.0, 5.0, 25.0, 12.0)  # [m/s]
 PINS: tuple[list[dict[str, Any]], ...] = (
     [{"nearest": [0.0, 0.0, 0.0]}],
@@ -43,6 +45,7 @@ class Tally:
     measured: int = 0
     over: int = 0
     worst: float = -np.inf
+    fastest: float = 0.0
 
     def add(self, simulation: Simulation) -> None:
         """Measures every spring that has a limit."""
@@ -54,6 +57,7 @@ class Tally:
         self.measured += len(excess)
         self.over += int(np.count_nonzero(~(excess <= TOLERANCE)))
         self.worst = max(self.worst, float(excess.max()))
+        self.fastest = max(self.fastest, float(np.linalg.norm(simulation.velocities, axis=1).max()))
 
 
 def bound(effort: Effort) -> Row:
@@ -67,12 +71,13 @@ def bound(effort: Effort) -> Row:
     _, shipped = _shipped(effort)
     over, measured = tally.over + shipped.over, tally.measured + shipped.measured
     reached = (
-        f"{over} of {measured:.2g} springs measured (every step of {cases} cases, every frame of the shipped "
-        f"scenes); worst {max(tally.worst, shipped.worst):+.0e}"
+        f"{over} of {measured:.2g} springs measured (every step of {cases} cases, every frame of the "
+        f"shipped scenes); worst {max(tally.worst, shipped.worst):+.0e}; no particle faster than "
+        f"{tally.fastest:.0f} m/s"
     )
     target = (
         "springs over (1 + λ) by more than 1e-5; 2² to 257² particles, meshes, networks, λ 1 to 15 %, "
-        "frames of 1/30 to 1/1000 s, wind 0 to 40 m/s: 0"
+        "steps of 1/30 to 1/1000 s and automatic ones, wind 0 to 40 m/s: 0"
     )
     return Row(target, reached, over == 0)
 
@@ -107,14 +112,15 @@ def _cases(effort: Effort) -> Iterator[tuple[Simulation, int]]:
     for cells, most in CELLS.items():
         grid = {"size": [1.0, 1.0], "cells": [effort.cells(cells)] * 2, "axes": ["x", "y"]}
         for _ in range(30 if cells <= 16 else 10):
-            yield _case({"grid": grid}, None, next(number), most * effort.steps)
+            yield from _case({"grid": grid}, None, next(number), most * effort.steps)
     for cells, most in MESHES.items():
         vertices, faces = irregular_square(effort.cells(cells))
         for _ in range(10):
-            yield _case({"mesh": "square"}, {"square": (vertices, faces)}, next(number), most * effort.steps)
+            square = {"square": (vertices, faces)}
+            yield from _case({"mesh": "square"}, square, next(number), most * effort.steps)
 
 
-def _case(shape: dict[str, Any], meshes: Any, number: int, most: float) -> tuple[Simulation, int]:
+def _case(shape: dict[str, Any], meshes: Any, number: int, most: float) -> Iterator[tuple[Simulation, int]]:
     rate, wind = RATES[number % len(RATES)], WINDS[number // 2 % len(WINDS)]
     cloth = {
         "density": 0.2,
@@ -122,10 +128,11 @@ def _case(shape: dict[str, Any], meshes: Any, number: int, most: float) -> tuple
         "pins": PINS[number % len(PINS)],
         **shape,
     }
-    document = {
-        "fps": rate,
-        "wind": {"velocity": [wind, 0.3 * wind, 0.2 * wind], "gust": {}},
-        "cloth": [cloth],
-        "solver": {"substeps": "auto"},
-    }
-    return Simulation(Scene(document, meshes)), max(1, round(min(most, rate)))
+    for solver in SOLVERS:
+        document = {
+            "fps": rate,
+            "wind": {"velocity": [wind, 0.3 * wind, 0.2 * wind], "gust": {}},
+            "cloth": [cloth],
+            "solver": solver,
+        }
+        yield Simulation(Scene(document, meshes)), max(1, round(min(most, rate)))

@@ -17,6 +17,10 @@ from taut.bench import Case
 
 FILE = Path(__file__).with_name("reference.json")
 SCENES = ("one-corner", "two-corners")
+SHAPES = ("heavy-tip",)
+"""Of these the shape is kept as well."""
+SHAPE_EVERY = 6  # [frames]
+SHAPE_ACROSS = 9  # particles of it along a side
 STEPS_PER_FRAME = {32: 480, 64: 960}  # of each size, cells along a side
 STRAIN_LIMIT = 0.1
 FRAMES = 60
@@ -32,6 +36,28 @@ def path(simulation: Simulation, frames: int) -> tuple[NDArray[np.float64], NDAr
         places.append(share @ simulation.positions)
         speeds.append(float(np.linalg.norm(share @ simulation.velocities)))
     return np.array(places), np.array(speeds)
+
+
+def shapes(
+    simulation: Simulation, cells: int, frames: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Centre of mass [m] of each frame; some particles of a square grid [m], shape (shapes, particles, 3)."""
+    across = np.arange(SHAPE_ACROSS) * (cells // (SHAPE_ACROSS - 1))
+    chosen = (across[:, None] * (cells + 1) + across).ravel()
+    share = simulation.mass.astype(np.float64) / simulation.mass.sum(dtype=np.float64)
+    places, found = [share @ simulation.positions], [simulation.positions[chosen]]
+    for frame in range(1, frames + 1):
+        simulation.step(simulation.substeps)
+        places.append(share @ simulation.positions)
+        if frame % SHAPE_EVERY == 0:
+            found.append(simulation.positions[chosen])
+    return np.array(places), np.array(found, dtype=np.float64)
+
+
+def reference_shapes(scene: str, cells: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The same of the converged motion, from the file."""
+    found = json.loads(FILE.read_text())["paths"][f"{scene} {cells}"]
+    return np.array(found["centre_of_mass"]), np.array(found["shapes"])
 
 
 @cache
@@ -50,6 +76,12 @@ def main() -> None:
             places, speeds = path(simulation, FRAMES)
             print(f"{scene} {cells}: peak speed {speeds.max():.4f} m/s", flush=True)
             rows = {"centre_of_mass": places.round(5).tolist(), "speed": speeds.round(5).tolist()}
+            paths[f"{scene} {cells}"] = rows
+        for scene in SHAPES:
+            simulation = Case(scene, cells, STRAIN_LIMIT).simulation(SOLVER | {"substeps": substeps})
+            places, found = shapes(simulation, cells, FRAMES)
+            print(f"{scene} {cells}: done", flush=True)
+            rows = {"centre_of_mass": places.round(5).tolist(), "shapes": found.round(4).tolist()}
             paths[f"{scene} {cells}"] = rows
     settings = {
         "solver": SOLVER,

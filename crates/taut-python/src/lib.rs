@@ -2,6 +2,7 @@
 
 mod arrays;
 mod engine;
+mod memory;
 mod yardstick;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -26,6 +27,9 @@ fn resolve_scene(document: &str) -> PyResult<(String, Vec<String>)> {
     let scene = Scene::from_json(document).map_err(scene_error)?;
     Ok((scene.to_json(), scene.warnings()))
 }
+
+#[global_allocator]
+static MEMORY: memory::LineAligned = memory::LineAligned;
 
 #[pymodule]
 fn _taut(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -24,6 +24,8 @@ pub struct Summary {
     pub sweeps: u64,
     /// Times that the certificate had to shorten the step of a cloth.
     pub cuts: u64,
+    /// Those of them in which it had to hold pins back as well.
+    pub held_back_pins: u64,
 }
 
 /// A particle's position or velocity is no longer a finite number.
@@ -79,5 +81,6 @@ impl Summary {
         self.limited_springs += u64::from(report.limited.springs);
         self.sweeps += u64::from(report.limited.sweeps);
         self.cuts += u64::from(report.limited.cuts);
+        self.held_back_pins += u64::from(report.limited.held_back_pins);
     }
 }

@@ -44,6 +44,28 @@ fn a_spring_has_the_period_of_its_mass_and_stiffness() {
 }
 
 #[test]
+fn weights_add_inertia_and_gravity_and_the_air_does_not_see_them() {
+    // On a spring: the period of both masses together.
+    let mut cloth = network(&[[0.0; 3], [0.0, 0.0, 1.0]], &[[0, 1]], 0.01);
+    (cloth["stiffness"], cloth["pins"]) = (json!(20.0), json!([{ "vertices": [0] }]));
+    cloth["weights"] = json!([{ "vertices": [1, 1], "mass": 0.03 }, { "nearest": [0, 0, 1], "mass": 0.01 }]);
+    let mut run = Simulation::new(&scene_of(cloth, 40, "none", 0.0));
+    run.state.velocities.set(1, Vec3::new(0.0, 0.0, 0.2));
+    let quarter = 0.25 * std::f64::consts::TAU * (0.05_f64 / 20.0).sqrt();
+    run.steps((2.0 * quarter / run.step_length()).round() as u64);
+    assert!((f64::from(run.state.positions.z[1]) - 1.0).abs() < 1e-4, "not back after half a period");
+    // In still air: terminal velocity (M + m) g / (M k_A).
+    let mut cloth = network(&[[0.0; 3], [1.0, 0.0, 0.0]], &[], 0.1);
+    (cloth["air_drag"], cloth["weights"]) = (json!(2.5), json!([{ "vertices": [1], "mass": 0.1 }]));
+    let mut run = Simulation::new(&scene_of(cloth, 4, "none", G));
+    run.steps(2400);
+    for (point, factor) in [(0, 1.0), (1, 2.0)] {
+        assert!((f64::from(run.state.velocities.z[point]) / (-G / 2.5 * factor) - 1.0).abs() < 1e-5);
+    }
+    assert!((run.steps(0).last.kinetic_energy / (0.5 * 0.1 * (G / 2.5).powi(2) * (1.0 + 2.0 * 4.0)) - 1.0).abs() < 1e-4);
+}
+
+#[test]
 fn free_fall_is_late_by_half_a_step_exactly() {
     let mut run = Simulation::new(&scene_of(network(&[[0.0; 3]], &[], 0.1), 4, "none", G));
     run.steps(240);
@@ -64,11 +86,18 @@ fn stokes_drag_ends_at_g_over_k() {
 
 #[test]
 fn wind_ends_the_fall_of_a_flat_sheet_at_its_terminal_velocity() {
-    for form in ["particle", "triangle"] {
+    for (form, weight) in [("particle", 0.0), ("triangle", 0.0), ("triangle", 0.6)] {
         let (density, drag) = (0.2, 1.2);
+        // As much on the border and in the corners as the cloth itself has there, in proportion: it falls flat.
+        let spread = |index: u32| [index % 10, index / 10].iter().map(|at| if at % 9 == 0 { 0.5 } else { 1.0 }).product::<f64>();
+        let weights: Value = match weight {
+            0.0 => json!([]),
+            _ => (0..100).map(|index| json!({ "vertices": [index], "mass": weight * spread(index) / 81.0 })).collect(),
+        };
         let cloth = json!({
             "grid": { "size": [1.0, 1.0], "cells": [9, 9], "axes": ["x", "y"] },
             "density": density, "drag_coefficient": drag, "air_drag": 0.0, "stiffness": 50.0, "damping": 0.05,
+            "weights": weights,
         });
         let mut scene = scene_of(cloth, 30, "sweeps", G);
         scene["wind"] = json!({ "model": form, "density": 1.2 });
@@ -76,8 +105,8 @@ fn wind_ends_the_fall_of_a_flat_sheet_at_its_terminal_velocity() {
         run.steps(30 * 60 * 4);
         let count = run.model.particle_count() as f64;
         let speed = -run.state.velocities.z.iter().map(|&z| f64::from(z)).sum::<f64>() / count;
-        let expected = (2.0 * density * G / (1.2 * drag)).sqrt();
-        assert!((speed / expected - 1.0).abs() < 0.005, "{form}: {speed} m/s instead of {expected} m/s");
+        let expected = (2.0 * (density + weight) * G / (1.2 * drag)).sqrt();
+        assert!((speed / expected - 1.0).abs() < 0.005, "{form}, {weight} kg: {speed} m/s instead of {expected} m/s");
     }
 }
 
@@ -135,6 +164,54 @@ fn a_hanging_chain_swings_with_the_period_of_the_laguerre_root() {
     let period = 2.0 * (crossings[halves] - crossings[0]) / halves as f64;
     assert!(halves >= 4, "only {halves} half swings");
     assert!((period / 1.68129 - 1.0).abs() < 0.01, "period {period} s");
+}
+
+/// Beads on the slowest swing of a taut chain of 1 m, 1 at the tip: K x = w^2 M x by inverse iteration.
+fn slowest_swing(links: usize) -> Vec<f64> {
+    // With weights of 1 the pull of the link above bead k is links - k; a load on the beads bends the chain link by link.
+    let mut mode = vec![1.0; links];
+    for _ in 0..60 {
+        let (mut load, mut x) = (mode.iter().sum::<f64>(), 0.0);
+        for (bead, part) in mode.iter_mut().enumerate() {
+            let below = load;
+            load -= *part;
+            x += below / (links - bead) as f64;
+            *part = x;
+        }
+        let tip = mode[links - 1];
+        mode.iter_mut().for_each(|part| *part /= tip);
+    }
+    mode
+}
+
+#[test]
+fn the_coarse_to_fine_filter_takes_nothing_from_the_swing_of_a_chain() {
+    let (links, sway, strain_limit) = (32, 0.02, 1e-3);
+    let mut scene = chain(links, [0.0, 0.0, -1.0 / (1.0 + strain_limit)], 200, 4);
+    scene["solver"]["filter"] = json!("coarse_to_fine");
+    scene["cloth"][0]["strain_limit"] = json!(strain_limit);
+    let mut run = Simulation::new(&scene);
+    let (mut x, mut z) = (0.0, 0.0);
+    for (bead, place) in (1..).zip(slowest_swing(links as usize)) {
+        let across = sway * place - x;
+        // Taut, but for what rounding may add.
+        let length = (1.0 - 1e-6) / f64::from(links);
+        (x, z) = (sway * place, z - (length * length - across * across).sqrt());
+        run.state.positions.set(bead, Vec3::new(x as f32, 0.0, z as f32));
+    }
+    let swing: Vec<f64> = (0..240 * 17)
+        .map(|_| {
+            assert_eq!(run.steps(1).cuts, 0);
+            f64::from(run.state.positions.x[32])
+        })
+        .collect();
+    let crossings = zero_crossings(run.step_length(), &swing);
+    let halves = crossings.len() - 1;
+    let period = 2.0 * (crossings[halves] - crossings[0]) / halves as f64;
+    assert!((period / 1.68129 - 1.0).abs() < 1e-3, "period {period} s");
+    // The tenth swing is as wide as the first: energy is as its square.
+    let last = swing[swing.len() - 240..].iter().fold(0.0, |widest: f64, x| widest.max(x.abs()));
+    assert!((0.99..1.01).contains(&(last / sway)), "the tip still swings by {last} m");
 }
 
 #[test]

@@ -56,6 +56,30 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
             &["pins[0].box", "holds no vertex", "spans"],
         ),
         (grid(|s| s["cloth"][0]["pins"][0]["move"] = json!([[1, [0, 0, 0]], [1, [0, 0, 1]]])), &["move[1]", "must increase"]),
+        (
+            grid(|s| s["cloth"][0]["weights"] = json!([{ "corner": "top-right" }])),
+            &["scene.cloth[0].weights[0].mass = 0: must be in (0, 1000000]; try 0.2"],
+        ),
+        (
+            grid(|s| s["cloth"][0]["weights"] = json!([{ "corner": "top-right", "mass": -0.2 }])),
+            &["scene.cloth[0].weights[0].mass = -0.2: must be in (0,"],
+        ),
+        (
+            grid(|s| s["cloth"][0]["weights"] = json!([{ "mass": 0.2 }])),
+            &["cloth[0].weights[0]: needs exactly one of corner", "none"],
+        ),
+        (
+            grid(|s| s["cloth"][0]["weights"] = json!([{ "edge": "left", "nearest": [0, 0, 0], "mass": 1 }])),
+            &["cloth[0].weights[0]", "several"],
+        ),
+        (
+            grid(|s| s["cloth"][0]["weights"] = json!([{ "vertices": [3, 25], "mass": 1 }])),
+            &["weights[0].vertices = 25", "numbered 0 to 24"],
+        ),
+        (
+            grid(|s| s["cloth"][0]["weights"] = json!([{ "vertices": [3], "mas": 1 }])),
+            &["weights[0].mas: no such field; did you mean `mass`?"],
+        ),
         (grid(|s| s["cloth"][0]["density"] = json!(-1)), &["scene.cloth[0].density = -1: must be in (0,"]),
         (grid(|s| s["solver"]["substeps"] = json!("some")), &["scene.solver.substeps = \"some\"", "\"auto\" or a whole number"]),
         (
@@ -98,6 +122,9 @@ fn suspicious_values_are_warned_about() {
     let warnings = scene.warnings();
     assert!(warnings.iter().any(|text| text.contains("silk is usually 0.015 to 0.2 kg/m^2")), "{warnings:?}");
     assert!(common::scene(&grid(|_| ())).warnings().is_empty());
+    let weights = grid(|s| s["cloth"][0]["weights"] = json!([{ "edge": "left", "mass": 0.1 }]));
+    let warnings = common::model(&weights).warnings;
+    assert!(warnings.iter().any(|text| text.contains("weights[0]: what lies on held vertices")), "{warnings:?}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod common;
 
 use common::{mesh_model, model};
 use glam::{DVec3, Vec3};
+use proptest::prelude::*;
 use serde_json::{Value, json};
 use taut::forces::{Forces, external};
 use taut::geometry::Pool;
@@ -130,4 +131,59 @@ fn a_cloth_that_moves_with_the_air_feels_no_wind() {
     let mut state = State::new(&model);
     (0..model.particle_count()).for_each(|particle| state.velocities.set(particle, Vec3::new(0.0, 8.0, 0.0)));
     assert!(forces(&model, &state).iter().all(|force| force.length() < 1e-6));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// Whatever the step: what moves against the air is slowed down, not thrown back faster.
+    #[test]
+    fn air_never_adds_energy_of_the_motion_against_it(
+        cells in [1_u32..6, 1_u32..6], fps in 0.1_f64..1000.0, speed in 0.1_f32..100.0, seed: u32,
+        as_mesh: bool, particle_form: bool,
+    ) {
+        let wind = Vec3::new(20.0, -7.0, 3.0);
+        let mut cloth = json!({ "air_drag": 0.0, "drag_coefficient": 1.5, "density": 0.05 });
+        if as_mesh {
+            cloth["mesh"] = json!("mesh");
+        } else {
+            cloth["grid"] = json!({ "size": [1.0, 0.7], "cells": cells });
+        }
+        let scene = json!({
+            "gravity": [0, 0, 0], "cloth": [cloth], "fps": fps, "solver": { "substeps": 1, "force_step": true, "filter": "none" },
+            "wind": {
+                "velocity": wind.to_array(), "density": 1.2, "model": if particle_form { "particle" } else { "triangle" },
+            },
+        });
+        let meshes = [("mesh".to_owned(), half_cylinder(cells[0] as usize + 1))].into();
+        let model = Model::build(&common::scene(&scene), &meshes).expect("a model");
+        let mut state = State::new(&model);
+        let noise = |index: usize, salt: u32| (f64::from((index as u32).wrapping_mul(7919).wrapping_add(seed).wrapping_add(salt)) * 0.618).sin() as f32;
+        for index in 0..model.particle_count() {
+            state.velocities.set(index, Vec3::new(noise(index, 0), noise(index, 1), noise(index, 2)) * speed);
+            let bent = state.positions.get(index) + Vec3::new(noise(index, 3), noise(index, 4), noise(index, 5)) * 0.1;
+            state.positions.set(index, bent);
+        }
+        let mut found = Forces::new(&model);
+        external(&model, &state, &mut found, &Pool::new(1));
+        let energy = |step: f32| -> f64 {
+            let against = |index: usize| state.velocities.get(index) + found.acceleration().get(index) * step - wind;
+            let one = |index: usize| f64::from(model.particles.mass[index]) * against(index).as_dvec3().length_squared();
+            (0..model.particle_count()).map(one).sum()
+        };
+        let (before, after) = (energy(0.0), energy(model.timing.step_length as f32));
+        prop_assert!(after <= before * (1.0 + 1e-5), "{before} became {after}");
+    }
+}
+
+#[test]
+fn air_drag_brings_to_rest_at_most() {
+    let scene = json!({
+        "gravity": [0, 0, 0], "fps": 10, "solver": { "substeps": 1, "force_step": true },
+        "cloth": [{ "network": { "points": [[0, 0, 0]] }, "air_drag": 300.0 }],
+    });
+    let mut run = common::Simulation::new(&scene);
+    run.state.velocities.set(0, Vec3::new(3.0, 0.0, 0.0));
+    run.steps(1);
+    assert!(run.state.velocities.get(0).length() < 1e-6, "{}", run.state.velocities.get(0));
 }

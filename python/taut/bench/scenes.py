@@ -13,14 +13,19 @@ from numpy.typing import NDArray
 from taut.scene import Scene
 from taut.simulation import Simulation
 
-SCENES = ("one-corner", "two-corners", "flag", "mesh")
-"""Names of the scenes; `mesh` is the one-corner drop of an irregular mesh that was imported from a file."""
+SCENES = ("one-corner", "two-corners", "heavy-tip", "flag", "mesh")
+"""Names of the scenes; two are like the one-corner drop: `heavy-tip` has the mass of the sheet once more at
+its free corner, `mesh` is an irregular mesh that was imported from a file."""
 
 _PINS: dict[str, list[dict[str, Any]]] = {
     "one-corner": [{"corner": "bottom-left"}],
     "two-corners": [{"corner": "bottom-left"}, {"corner": "top-left"}],
+    "heavy-tip": [{"corner": "bottom-left"}],
     "flag": [{"edge": "left"}],
 }
+
+
+_WEIGHTS: dict[str, list[dict[str, Any]]] = {"heavy-tip": [{"corner": "top-right", "mass": 0.2}]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +61,8 @@ class Case:
             document["cloth"] = [self._cloth(grid=grid, fabric="nylon", pins=_PINS["flag"])]
         else:
             grid = {"size": [1.0, 1.0], "cells": [self.cells, self.cells], "axes": ["x", "y"]}
-            document["cloth"] = [self._cloth(grid=grid, fabric="cotton", pins=_PINS[self.scene])]
+            held = {"pins": _PINS[self.scene], "weights": _WEIGHTS.get(self.scene, [])}
+            document["cloth"] = [self._cloth(grid=grid, fabric="cotton", **held)]
         return Simulation(Scene(document), self.threads)
 
     def _from_file(self, document: dict[str, Any]) -> Simulation:

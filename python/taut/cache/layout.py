@@ -18,7 +18,7 @@ from zarr.codecs import BloscCodec, Crc32cCodec
 from taut.cache.header import Header
 from taut.cache.store import DurableStore
 
-FORMAT = "taut-cache/1"
+FORMAT = "taut-cache/2"
 
 ATTRIBUTES: dict[str, type] = {
     "version": str,
@@ -56,6 +56,7 @@ DIAGNOSTICS: dict[str, str] = {
     "limited_springs": "int64",
     "sweeps": "int64",
     "cuts": "int32",
+    "held_back_pins": "int32",
     "kinetic_energy": "float64",
     "elastic_energy": "float64",
     "potential_energy": "float64",

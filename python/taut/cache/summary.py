@@ -49,6 +49,8 @@ class Summary:
     """Steps in which the filter changed a velocity [1]."""
     cuts: int
     """Times that the certificate had to shorten the step of a cloth to keep its limit [1]."""
+    held_back_pins: int
+    """Those of them in which pins had to wait: they moved apart further than the cloth could follow [1]."""
     kinetic_energy: float
     """In the last frame [J]."""
     elastic_energy: float
@@ -93,6 +95,7 @@ def summarize(cache: Cache) -> Summary:
         worst_stretch_in_steps=float(np.max(numbers["worst_stretch_in_steps"])),
         limited_steps=int(numbers["limited_steps"].sum()),
         cuts=int(numbers["cuts"].sum()),
+        held_back_pins=int(numbers["held_back_pins"].sum()),
         kinetic_energy=float(numbers["kinetic_energy"][-1]),
         elastic_energy=float(numbers["elastic_energy"][-1]),
         potential_energy=float(numbers["potential_energy"][-1]),

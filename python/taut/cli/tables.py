@@ -73,7 +73,10 @@ def _energy(summary: Summary) -> str:
 
 def _limited(summary: Summary) -> str:
     steps = f"{summary.limited_steps} of {(summary.frames - 1) * summary.substeps}"
-    return steps if summary.cuts == 0 else f"{steps}, {summary.cuts} shortened by the certificate"
+    if summary.cuts == 0:
+        return steps
+    pins = f" ({summary.held_back_pins} times with pins held back)" if summary.held_back_pins else ""
+    return f"{steps}, {summary.cuts} shortened by the certificate{pins}"
 
 
 def _speed(summary: Summary) -> str:

@@ -19,6 +19,8 @@ pub struct Limited {
     pub sweeps: u32,
     /// Cloths whose step the certificate had to shorten.
     pub cuts: u32,
+    /// Those of them whose pins went only a part of their way, too: they moved apart further than the cloth could follow.
+    pub held_back_pins: u32,
 }
 
 /// The filter of a model with its workspace.

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-/// `F_A / M = -k_A V` [m/s^2].
+/// `F_A / M = -k_A V` [m/s^2]; over a step of `step` seconds at most what brings the particle to rest.
 #[inline]
-pub(super) fn acceleration(air_drag: f32, velocity: Vec3) -> Vec3 {
-    velocity * -air_drag
+pub(super) fn acceleration(air_drag: f32, velocity: Vec3, step: f32) -> Vec3 {
+    velocity * -air_drag.min(1.0 / step)
 }

@@ -55,7 +55,7 @@ impl Forces {
 /// Gravity, drag and wind: F_EXT / M.
 pub fn external(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) {
     forces.wind.prepare(model, state, pool);
-    let (wind, particles) = (&forces.wind, &model.particles);
+    let (wind, particles, step) = (&forces.wind, &model.particles, model.timing.step_length as f32);
     forces.acceleration.for_each_chunk(pool, |chunk| {
         chunk.map(|particle, _| {
             let weight = particles.inverse_mass[particle];
@@ -63,7 +63,7 @@ pub fn external(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) 
                 return Vec3::ZERO;
             }
             model.gravity
-                + air_drag::acceleration(particles.air_drag[particle], state.velocities.get(particle))
+                + air_drag::acceleration(particles.air_drag[particle], state.velocities.get(particle), step)
                 + wind.on_particle(model, particle) * weight
         });
     });

@@ -2,7 +2,8 @@
 //! form on particles.
 //!
 //! Both act on the velocity relative to the moving air; see docs/equations.md, "Wind", for how the printed scalar formulas
-//! are read.
+//! are read. However long the step, the impulse only slows what moves against the air and never turns it round ("Steps that
+//! are too long for the air").
 
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
@@ -21,6 +22,8 @@ pub(super) struct Wind {
     panels: Vectors,
     /// Phase of each gust wave at the time of the step [turns].
     phases: Vec<f32>,
+    /// What gives way to an impulse on each panel [kg]; infinite where all corners are held.
+    inertia: Vec<f32>,
 }
 
 impl Wind {
@@ -29,7 +32,8 @@ impl Wind {
             Some(air) => (model.particle_count(), model.panels.corners.len(), air.waves.len()),
             None => (0, 0, 0),
         };
-        Self { relative: Vectors::zeros(particles), panels: Vectors::zeros(panels), phases: vec![0.0; waves] }
+        let inertia = (0..panels).map(|panel| inertia_of_panel(model, panel)).collect();
+        Self { relative: Vectors::zeros(particles), panels: Vectors::zeros(panels), phases: vec![0.0; waves], inertia }
     }
 
     /// First passes: the relative velocities, then a value for each panel.
@@ -41,8 +45,10 @@ impl Wind {
         }
         let phases = &self.phases;
         self.relative.for_each_chunk(pool, |mut chunk| relative_velocity(&mut chunk, air, phases, state));
-        let relative = &self.relative;
-        self.panels.for_each_chunk(pool, |chunk| chunk.map(|panel, _| share_of_panel(model, state, relative, panel)));
+        let (relative, inertia) = (&self.relative, &self.inertia);
+        self.panels.for_each_chunk(pool, |chunk| {
+            chunk.map(|panel, _| share_of_panel(model, state, relative, panel, inertia[panel]));
+        });
     }
 
     /// Second pass: the wind force on a particle [N].
@@ -59,38 +65,45 @@ impl Wind {
         if length == 0.0 {
             return Vec3::ZERO;
         }
-        force(air, &model.particles.wind[particle], self.relative.get(particle), sum / length, area)
+        let most = model.particles.mass[particle] / model.timing.step_length as f32;
+        force(air, &model.particles.wind[particle], self.relative.get(particle), sum / length, area, most)
     }
 }
 
-/// The wind force [N] on an area [m^2] whose velocity relative to the air is V_rel.
+/// The wind force [N] on an area [m^2] whose velocity relative to the air is V_rel; `most` is the inertia that it acts on over
+/// the length of the step [kg/s].
 #[inline]
-fn force(air: &Air, resistance: &Resistance, relative: Vec3, normal: Vec3, area: f32) -> Vec3 {
+fn force(air: &Air, resistance: &Resistance, relative: Vec3, normal: Vec3, area: f32, most: f32) -> Vec3 {
     let across = match air.law {
-        WindLaw::Pressure => pressure(relative, normal, area, air.density * resistance.drag),
-        WindLaw::DragLift => drag_and_lift(relative, normal, 0.5 * air.density * area, resistance),
+        WindLaw::Pressure => pressure(relative, normal, area, air.density * resistance.drag, most),
+        WindLaw::DragLift => drag_and_lift(relative, normal, 0.5 * air.density * area, resistance, most),
     };
     if resistance.friction == 0.0 {
         return across;
     }
-    across + friction(relative, normal, 0.5 * air.density * resistance.friction * area)
+    across + friction(relative, normal, 0.5 * air.density * resistance.friction * area, most)
 }
 
 /// `F_W = -1/2 rho C_d A |V_rel| (V_rel . N) N` (paper, section 2.2).
 #[inline]
-fn pressure(relative: Vec3, normal: Vec3, area: f32, density_drag: f32) -> Vec3 {
-    normal * (-0.5 * density_drag * area * relative.length() * relative.dot(normal))
+fn pressure(relative: Vec3, normal: Vec3, area: f32, density_drag: f32, most: f32) -> Vec3 {
+    let speed = relative.length();
+    if 0.5 * density_drag * area * speed > most {
+        return normal * (-most * relative.dot(normal));
+    }
+    normal * (-0.5 * density_drag * area * speed * relative.dot(normal))
 }
 
 /// Keckeisen et al. 2004: drag against V_rel on the area that the flow sees, `-1/2 rho C_d A |V_n| V_rel`, and lift at right
 /// angles to V_rel in its plane with the normal, `-1/2 rho C_l A |V_rel| (V_n - |V_n|^2 / |V_rel|^2 V_rel)`, where
 /// `V_n = (V_rel . N) N`.
 #[inline]
-fn drag_and_lift(relative: Vec3, normal: Vec3, factor: f32, resistance: &Resistance) -> Vec3 {
+fn drag_and_lift(relative: Vec3, normal: Vec3, factor: f32, resistance: &Resistance, most: f32) -> Vec3 {
     let speed = relative.length();
     if speed == 0.0 {
         return Vec3::ZERO;
     }
+    let factor = factor.min(most / (speed * (resistance.drag + resistance.lift)));
     let across = relative.dot(normal);
     let lift = normal * across - relative * (across * across / (speed * speed));
     relative * (-factor * resistance.drag * across.abs()) - lift * (factor * resistance.lift * speed)
@@ -98,8 +111,20 @@ fn drag_and_lift(relative: Vec3, normal: Vec3, factor: f32, resistance: &Resista
 
 /// Skin friction `-1/2 rho C_f A |V_rel| V_t` along the cloth, `V_t = V_rel - (V_rel . N) N`.
 #[inline]
-fn friction(relative: Vec3, normal: Vec3, factor: f32) -> Vec3 {
-    (relative - normal * relative.dot(normal)) * (-factor * relative.length())
+fn friction(relative: Vec3, normal: Vec3, factor: f32, most: f32) -> Vec3 {
+    (relative - normal * relative.dot(normal)) * -(factor * relative.length()).min(most)
+}
+
+/// `1 / m = sum of (share^2 n / M)` over the corners, n being the number of panels around each.
+fn inertia_of_panel(model: &Model, panel: usize) -> f32 {
+    let corners = model.panels.corners[panel];
+    let distinct = if corners[2] == corners[3] { &corners[..3] } else { &corners[..] };
+    let share = model.panels.share[panel];
+    let give = |&corner: &u32| {
+        let corner = corner as usize;
+        share * share * model.panels.around.of(corner).len() as f32 * model.particles.inverse_mass[corner]
+    };
+    1.0 / distinct.iter().map(give).sum::<f32>()
 }
 
 /// V_rel = V - W(X), W being the mean wind, the gusts and the flows.
@@ -167,7 +192,7 @@ fn take(x: &[f32], y: &[f32], z: &[f32], [u, v, w]: [&mut [f32]; 3], velocity: i
 
 /// What each corner gets of a panel: its area vector [m^2] or the force on it [N].
 #[inline]
-fn share_of_panel(model: &Model, state: &State, relative: &Vectors, panel: usize) -> Vec3 {
+fn share_of_panel(model: &Model, state: &State, relative: &Vectors, panel: usize, inertia: f32) -> Vec3 {
     let Some(air) = &model.air else { return Vec3::ZERO };
     let corners = model.panels.corners[panel].map(|corner| corner as usize);
     let share = model.panels.share[panel];
@@ -183,5 +208,6 @@ fn share_of_panel(model: &Model, state: &State, relative: &Vectors, panel: usize
     let [a, b, c, d] = corners.map(|corner| relative.get(corner));
     // A triangle has its last corner twice; it counts once.
     let mean = (a + b + c + if corners[2] == corners[3] { Vec3::ZERO } else { d }) * share;
-    force(air, &model.particles.wind[corners[0]], mean, area_vector / area, area) * share
+    let most = inertia / model.timing.step_length as f32;
+    force(air, &model.particles.wind[corners[0]], mean, area_vector / area, area, most) * share
 }

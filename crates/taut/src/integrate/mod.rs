@@ -28,6 +28,8 @@ pub struct Integrator {
     /// How long positions drift before the first part [s].
     before: f32,
     parts: Vec<Part>,
+    /// Where springs see the particles outside of lattices, if they look ahead [m].
+    seen: Vectors,
     /// Those of the model's lattices.
     waves: Vec<Wave>,
 }
@@ -38,7 +40,7 @@ impl Integrator {
     pub fn new(model: &Model, threads: usize) -> Self {
         let (before, parts) = parts(&model.timing);
         let waves = model.lattices.iter().map(|lattice| Wave::new(model, lattice, parts.len(), threads)).collect();
-        Self { before, parts, waves }
+        Self { before, parts, seen: Vectors::zeros(model.particle_count()), waves }
     }
 }
 
@@ -60,19 +62,27 @@ pub fn propose(
     pool: &Pool,
 ) {
     let State { positions, velocities, .. } = state;
+    let ahead = model.timing.springs_ahead as f32;
     for cloth in &model.cloths {
         let particles = cloth.particles();
         match cloth.lattice {
             Some(lattice) if !cloth.linked && !cloth.bends => {
-                let Integrator { before, parts, waves } = integrator;
+                let Integrator { before, parts, waves, .. } = integrator;
                 let (lattice, wave, before) = (&model.lattices[lattice], &mut waves[lattice], *before);
                 let acceleration = forces.acceleration();
-                wave.run(Step { lattice, before, parts, acceleration, positions, ends, velocities }, pool);
+                wave.run(Step { lattice, before, parts, ahead, acceleration, positions, ends, velocities }, pool);
             }
             _ => {
-                ends.set_scaled(particles.clone(), positions, velocities, integrator.before, pool);
-                for part in &integrator.parts {
-                    forces::kick(model, cloth, ends, velocities, part.kick, forces, pool);
+                let Integrator { before, parts, seen, .. } = &mut *integrator;
+                ends.set_scaled(particles.clone(), positions, velocities, *before, pool);
+                for part in parts {
+                    let springs_see = if ahead > 0.0 {
+                        seen.set_scaled(particles.clone(), ends, velocities, ahead, pool);
+                        &*seen
+                    } else {
+                        &*ends
+                    };
+                    forces::kick(model, cloth, springs_see, velocities, part.kick, forces, pool);
                     ends.add_scaled(particles.clone(), velocities, part.after, pool);
                 }
             }

@@ -48,6 +48,8 @@ pub(super) struct Step<'a> {
     /// How long positions drift before the first part [s].
     pub before: f32,
     pub parts: &'a [Part],
+    /// How far ahead springs look [s].
+    pub ahead: f32,
     /// F_EXT / M [m/s^2].
     pub acceleration: &'a Vectors,
     pub positions: &'a Vectors,
@@ -80,7 +82,7 @@ impl Wave {
     pub fn run(&mut self, step: Step<'_>, pool: &Pool) {
         let Self { constants, rows, rising, finished, group } = self;
         finished.iter().for_each(|rows| rows.store(0, Ordering::Relaxed));
-        let Step { lattice, before, parts, acceleration, positions, ends, velocities } = step;
+        let Step { lattice, before, parts, ahead, acceleration, positions, ends, velocities } = step;
         let (rows, ends, velocities) = (rows.shared(), ends.shared(), velocities.shared());
         let outside = Outside { lattice, before, acceleration, positions, ends, velocities };
         pool.on_each_thread(|thread, threads| {
@@ -90,8 +92,16 @@ impl Wave {
                 let before = number.checked_sub(1).map(|before| &finished[before]);
                 let last = number + 1 == finished.len();
                 let finished = &finished[number];
-                let group = Group { outside: &outside, constants, rows, parts, before, last, finished, rising: &mut rising };
-                Arch::new().dispatch(group);
+                let rising = &mut rising;
+                if ahead > 0.0 {
+                    let group =
+                        Group::<true> { outside: &outside, constants, rows, parts, ahead, before, last, finished, rising };
+                    Arch::new().dispatch(group);
+                } else {
+                    let group =
+                        Group::<false> { outside: &outside, constants, rows, parts, ahead, before, last, finished, rising };
+                    Arch::new().dispatch(group);
+                }
             }
         });
     }
@@ -149,12 +159,13 @@ impl Outside<'_> {
     }
 }
 
-/// Parts that follow one another closely.
-struct Group<'a> {
+/// Parts that follow one another closely; whether springs look ahead.
+struct Group<'a, const AHEAD: bool> {
     outside: &'a Outside<'a>,
     constants: &'a RowConstants,
     rows: SharedRows<'a, COLUMNS>,
     parts: &'a [Part],
+    ahead: f32,
     /// Rows that the group before has finished; none before the first.
     before: Option<&'a AtomicUsize>,
     last: bool,
@@ -162,13 +173,14 @@ struct Group<'a> {
     rising: &'a mut Rows<3>,
 }
 
-impl WithSimd for Group<'_> {
+impl<const AHEAD: bool> WithSimd for Group<'_, AHEAD> {
     type Output = ();
 
     /// The first part is at row `time`, each further part one row behind.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { outside, constants, rows, parts, before, last, finished, rising } = self;
+        let Self { outside, constants, rows, parts, ahead, before, last, finished, rising } = self;
+        let ahead = simd.splat_f32s(ahead);
         let height = outside.lattice.rows;
         let rising = rising.shared();
         for time in 0..height + parts.len() - 1 {
@@ -189,15 +201,15 @@ impl WithSimd for Group<'_> {
                 // row and the one above, and will not come back; those behind have not reached them. What rises is the
                 // part's own.
                 let (here, above, rose, rises) = unsafe {
-                    let above = if row + 1 < height { Some(rows.row(row + 1)) } else { None };
+                    let above: &[Block<COLUMNS>] = if row + 1 < height { rows.row(row + 1) } else { &[] };
                     (rows.row_mut(row), above, rising.row_mut(2 * index + row % 2), rising.row_mut(2 * index + (row + 1) % 2))
                 };
                 if row == 0 {
                     rose.fill([[0.0; LINE]; 3]);
                 }
                 let (kick, after) = (simd.splat_f32s(part.kick), simd.splat_f32s(part.after));
-                let mut leap = Leap::<S> { row: here, kick, after };
-                springs_of_row(simd, Hooke, constants, row, above, (rose, rises), &mut leap);
+                let mut leap = Leap::<S, AHEAD> { row: here, above, ahead, kick, after };
+                springs_of_row(simd, Hooke, constants, row, (rose, rises), &mut leap);
             }
             if let Some(done) = (time + 1).checked_sub(parts.len()) {
                 if last {
@@ -222,16 +234,38 @@ fn wait(finished: &AtomicUsize, rows: usize) {
 }
 
 /// A row on its way through one part: `V += (F_s / M + F_EXT / M) h`, then `X += V h'`.
-struct Leap<'a, S: Simd> {
+struct Leap<'a, S: Simd, const AHEAD: bool> {
     row: &'a mut [Block<COLUMNS>],
+    above: &'a [Block<COLUMNS>],
+    ahead: S::f32s,
     kick: S::f32s,
     after: S::f32s,
 }
 
-impl<S: Simd> Sums<S> for Leap<'_, S> {
+/// Where springs see the particles of a register.
+#[inline(always)]
+fn seen<S: Simd, const AHEAD: bool>(simd: S, row: &[Block<COLUMNS>], i: usize, ahead: S::f32s) -> Three<S::f32s> {
+    let [x, y, z] = registers::<S, COLUMNS>(row, POSITION, i);
+    if !AHEAD {
+        return [x, y, z];
+    }
+    let [u, v, w] = registers::<S, COLUMNS>(row, VELOCITY, i);
+    [
+        simd.add_f32s(x, simd.mul_f32s(u, ahead)),
+        simd.add_f32s(y, simd.mul_f32s(v, ahead)),
+        simd.add_f32s(z, simd.mul_f32s(w, ahead)),
+    ]
+}
+
+impl<S: Simd, const AHEAD: bool> Sums<S> for Leap<'_, S, AHEAD> {
     #[inline(always)]
-    fn field(&self, i: usize) -> Three<S::f32s> {
-        registers::<S, COLUMNS>(self.row, POSITION, i)
+    fn field(&self, simd: S, i: usize) -> Three<S::f32s> {
+        seen::<S, AHEAD>(simd, self.row, i, self.ahead)
+    }
+
+    #[inline(always)]
+    fn above(&self, simd: S, i: usize) -> Three<S::f32s> {
+        seen::<S, AHEAD>(simd, self.above, i, self.ahead)
     }
 
     #[inline(always)]

@@ -11,6 +11,7 @@ use super::{
     Adjacency, Air, Bend, Bending, Buckling, ClothRange, Lattice, Link, MeshData, Model, Panels, Particles, PinGroup, Resistance,
     SpringKind, Springs, bending, grid, mesh, network, pins, reach,
     timing::{self, Rates},
+    weights,
 };
 use crate::geometry::Vectors;
 use crate::scene::{BendingModel, Cloth, PointMass, Scene, SceneError, Source, WindLaw};
@@ -92,21 +93,27 @@ impl Assembly {
         }
         let material = cloth.material();
         self.warnings.extend(part.notes.iter().map(|note| format!("{} ({at}): {note}", cloth.name)));
-        self.pins.extend(pins::build(cloth, &part, at, first as u32, &mut self.warnings)?);
+        let pins = pins::build(cloth, &part, at, first as u32, &mut self.warnings)?;
+        let held = |vertex: u32| pins.iter().any(|group| group.particles.contains(&(vertex + first as u32)));
+        let extra = weights::build(cloth, &part, at, held, &mut self.warnings)?;
+        self.pins.extend(pins);
         let areas = part.areas();
         let lift = if law == WindLaw::DragLift { material.lift_coefficient } else { 0.0 };
         let coefficient = material.drag_coefficient + lift + cloth.friction_coefficient;
         for (index, point) in part.points.iter().enumerate() {
-            let mass = match cloth.network.as_ref().map(|network| &network.mass) {
+            let own = match cloth.network.as_ref().map(|network| &network.mass) {
                 Some(PointMass::One(mass)) => *mass,
                 Some(PointMass::Each(masses)) => masses[index],
                 None => material.density * areas[index],
             };
+            let mass = own + extra[index];
             let single = mass as f32;
             // Vertices without a face have no mass; they are held where they are.
             self.particles.inverse_mass.push(if single > 0.0 { 1.0 / single } else { 0.0 });
             self.particles.mass.push(single);
-            self.particles.air_drag.push(material.air_drag as f32);
+            // The air sees the cloth alone: its drag is k_A times the cloth's own mass.
+            let own_part = if extra[index] > 0.0 { own / mass } else { 1.0 };
+            self.particles.air_drag.push((material.air_drag * own_part) as f32);
             self.particles.wind.push(Resistance {
                 drag: material.drag_coefficient as f32,
                 lift: material.lift_coefficient as f32,

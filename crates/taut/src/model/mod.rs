@@ -12,8 +12,10 @@ mod network;
 mod part;
 mod pins;
 mod reach;
+mod selection;
 mod springs;
 mod timing;
+mod weights;
 mod winding;
 
 use std::ops::Range;
@@ -154,6 +156,8 @@ pub struct Timing {
     pub step_length: f64,
     /// Equal parts of a step in which springs are followed before the filter looks at where they lead.
     pub spring_steps: u32,
+    /// How far ahead of each part its springs look [s]: at X + V t instead of X, which damps what is faster than the step.
+    pub springs_ahead: f64,
     /// Stages of the damping of a step.
     pub damping_stages: u32,
     /// Largest stable step [s]; infinite if nothing acts.

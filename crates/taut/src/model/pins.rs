@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::grid;
 use super::part::Part;
-use crate::scene::{Cloth, Keyframe, Pin, SceneError, Selector};
+use super::selection::choose;
+use crate::scene::{Cloth, Keyframe, SceneError};
 
 /// Particles that move together.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +52,7 @@ pub(super) fn build(
     for (index, pin) in cloth.pins.iter().enumerate() {
         let at = format!("{at}.pins[{index}]");
         let mut particles = Vec::new();
-        for vertex in choose(cloth, pin, part, &at, notes)? {
+        for vertex in choose(cloth, &pin.selectors(), part, &at, notes)? {
             match holder[vertex as usize] {
                 None => {
                     holder[vertex as usize] = Some(index);
@@ -71,54 +71,6 @@ pub(super) fn build(
         groups.push(PinGroup { particles, start, keyframes: pin.keyframes.clone() });
     }
     Ok(groups)
-}
-
-fn choose(cloth: &Cloth, pin: &Pin, part: &Part, at: &str, notes: &mut Vec<String>) -> Result<Vec<u32>, SceneError> {
-    let selectors = pin.selectors();
-    let selector = selectors.first().ok_or_else(|| SceneError::at(at, "chooses nothing"))?;
-    match (*selector, &cloth.grid) {
-        (Selector::Corner(corner), Some(grid)) => Ok(vec![grid::corner(grid, corner)]),
-        (Selector::Edge(edge), Some(grid)) => Ok(grid::edge(grid, edge)),
-        (Selector::Corner(_) | Selector::Edge(_), None) => Err(SceneError::at(at, "corner and edge need a grid")),
-        (Selector::Vertices(vertices), _) => {
-            let count = part.points.len();
-            match vertices.iter().find(|&&vertex| vertex as usize >= count) {
-                Some(vertex) => {
-                    let problem = format!("the cloth has {count} vertices, numbered 0 to {}", count - 1);
-                    Err(SceneError::with_value(format!("{at}.vertices"), vertex, problem))
-                }
-                None => Ok(vertices.to_vec()),
-            }
-        }
-        (Selector::Box([low, high]), _) => {
-            let (low, high) = (DVec3::from_array(low), DVec3::from_array(high));
-            let inside = |point: &DVec3| point.cmpge(low).all() && point.cmple(high).all();
-            let vertices: Vec<u32> = (0..).zip(&part.points).filter(|(_, point)| inside(point)).map(|(index, _)| index).collect();
-            if vertices.is_empty() {
-                let (from, to) = extent(part);
-                let problem = format!("holds no vertex; the cloth spans {from:.3} to {to:.3} m");
-                return Err(SceneError::at(format!("{at}.box"), problem));
-            }
-            Ok(vertices)
-        }
-        (Selector::Nearest(target), _) => {
-            let target = DVec3::from_array(target);
-            let distances = part.points.iter().map(|point| point.distance_squared(target));
-            let nearest = (0..).zip(distances).min_by(|a, b| a.1.total_cmp(&b.1));
-            let (vertex, square) = nearest.ok_or_else(|| SceneError::at(at, "the cloth has no vertex"))?;
-            let (from, to) = extent(part);
-            if square.sqrt() > 0.5 * from.distance(to) {
-                notes.push(format!("scene.{at}.nearest: vertex {vertex} is the nearest, yet {:.3} m away", square.sqrt()));
-            }
-            Ok(vec![vertex])
-        }
-    }
-}
-
-/// Lowest and highest corner of the box around a part [m].
-fn extent(part: &Part) -> (DVec3, DVec3) {
-    let nowhere = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    part.points.iter().fold(nowhere, |(low, high), &point| (low.min(point), high.max(point)))
 }
 
 #[cfg(test)]

@@ -12,10 +12,15 @@ use crate::scene::{FilterKind, Scene, SceneError, Substeps};
 /// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
 const SAFETY: f64 = 0.9;
 /// Longest step that "auto" takes with the coarse-to-fine filter [s], for the sake of the motion ..
-const LONGEST: f64 = 1.0 / 180.0;
+const LONGEST: f64 = 1.0 / 120.0;
 /// .. if its limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
 /// filter that looks at the whole step only cannot stop them; the step is shorter in proportion.
 const ROOMY: f64 = 0.1;
+
+/// h g of the fastest mode, at least, where a filter looks at several parts of a step together [1]. It takes the displacement D
+/// of a step back and D / h from the velocity. A vibration of frequency w leaves the step with V cos(w h) and D = V sin(w h) / w,
+/// so that it is multiplied by cos(w h) - sin(w h) / (w h), which is up to 1.063: undamped, it would grow.
+const CALM: f64 = 0.5;
 
 /// The fastest rates in a model.
 #[derive(Debug, Clone, Copy)]
@@ -85,7 +90,14 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     };
     let step_length = frame / f64::from(substeps);
     if !divided {
-        return Ok(Timing { substeps, step_length, spring_steps: 1, damping_stages: u32::from(damping > 0.0), bound });
+        return Ok(Timing {
+            substeps,
+            step_length,
+            spring_steps: 1,
+            springs_ahead: 0.0,
+            damping_stages: u32::from(damping > 0.0),
+            bound,
+        });
     }
     let spring_steps = (step_length / (SAFETY * self::bound(frequency_squared, 0.0))).ceil().max(1.0);
     if spring_steps * f64::from(substeps) > MOST_STEPS {
@@ -95,7 +107,9 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     let rate = step_length * damping / SAFETY;
     // s stages are stable up to h g = s^2 + s.
     let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
-    Ok(Timing { substeps, step_length, spring_steps: spring_steps as u32, damping_stages, bound })
+    let springs_ahead =
+        if spring_steps > 1.0 && damping * step_length < CALM { CALM / (step_length * frequency_squared) } else { 0.0 };
+    Ok(Timing { substeps, step_length, spring_steps: spring_steps as u32, springs_ahead, damping_stages, bound })
 }
 
 /// More steps a frame than this are a mistake in the scene.

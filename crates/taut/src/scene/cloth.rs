@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Fabric, Material, Pin};
+use super::{Fabric, Material, Pin, Weight};
 
 /// One cloth: exactly one of `grid`, `mesh`, `network`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -62,6 +62,9 @@ pub struct Cloth {
     pub friction_coefficient: f64,
     /// What is held.
     pub pins: Vec<Pin>,
+    /// What hangs on it: extra masses, which the air does not see.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub weights: Vec<Weight>,
 }
 
 impl Default for Cloth {
@@ -88,6 +91,7 @@ impl Default for Cloth {
             lift_coefficient: None,
             friction_coefficient: 0.0,
             pins: Vec::new(),
+            weights: Vec::new(),
         }
     }
 }

@@ -6,8 +6,8 @@
 mod cloth;
 mod error;
 mod fabric;
-mod pin;
 mod read;
+mod selection;
 mod solver;
 mod validate;
 mod wind;
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 pub use cloth::{Axis, BendingModel, Cloth, Grid, Network, PointMass, Source};
 pub use error::SceneError;
 pub use fabric::{Fabric, Material};
-pub use pin::{Corner, Edge, Keyframe, Pin, Selector};
+pub use selection::{Corner, Edge, Keyframe, Pin, Selector, Weight};
 pub use solver::{FilterKind, IntegratorKind, Solver, Substeps};
 pub use wind::{Flow, FlowElement, FlowKind, Gust, Wind, WindLaw, WindModel};
 

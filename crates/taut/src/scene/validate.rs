@@ -132,6 +132,11 @@ fn check_cloth(at: &str, cloth: &Cloth) -> Check {
     for (index, pin) in cloth.pins.iter().enumerate() {
         check_pin(&format!("{at}.pins[{index}]"), pin, cloth)?;
     }
+    for (index, weight) in cloth.weights.iter().enumerate() {
+        let at = format!("{at}.weights[{index}]");
+        check_selection(&at, &weight.selectors(), cloth)?;
+        above_zero(&format!("{at}.mass"), weight.mass, 1e6, "0.2")?;
+    }
     Ok(())
 }
 
@@ -183,8 +188,8 @@ fn check_network(at: &str, network: &Network) -> Check {
     }
 }
 
-fn check_pin(at: &str, pin: &Pin, cloth: &Cloth) -> Check {
-    match pin.selectors().as_slice() {
+fn check_selection(at: &str, selectors: &[Selector<'_>], cloth: &Cloth) -> Check {
+    match selectors {
         [Selector::Corner(_) | Selector::Edge(_)] if cloth.grid.is_none() => {
             return Err(SceneError::at(at, "corner and edge need a grid; choose by vertices, box or nearest"));
         }
@@ -203,6 +208,11 @@ fn check_pin(at: &str, pin: &Pin, cloth: &Cloth) -> Check {
             return Err(SceneError::at(at, format!("{problem}; it has {}", if given.is_empty() { "none" } else { "several" })));
         }
     }
+    Ok(())
+}
+
+fn check_pin(at: &str, pin: &Pin, cloth: &Cloth) -> Check {
+    check_selection(at, &pin.selectors(), cloth)?;
     let mut previous = f64::NEG_INFINITY;
     for (index, key) in pin.keyframes.iter().enumerate() {
         let at = format!("{at}.move[{index}]");

@@ -95,7 +95,7 @@ impl StrainLimit for Sequential {
         }
         let State { positions, velocities, .. } = state;
         ends.set_scaled(0..model.particle_count(), positions, velocities, step, pool);
-        Limited { springs, sweeps: 1, cuts: 0 }
+        Limited { springs, sweeps: 1, ..Limited::default() }
     }
 }
 

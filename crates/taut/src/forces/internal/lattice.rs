@@ -82,8 +82,7 @@ impl<L: Law> WithSimd for Band<'_, L> {
             if row + 1 < lattice.rows {
                 copy_row(field, row_of(row + 1), above);
             }
-            let next = if row + 1 < lattice.rows { Some(&*above) } else { None };
-            springs_of_row(simd, law, constants, row, next, (rose, rising), &mut Keep { field: here, sums });
+            springs_of_row(simd, law, constants, row, (rose, rising), &mut Keep { field: here, above, sums });
             if row >= begin {
                 finish(sums, other, weights, row_of(row), &mut out, factors);
             }
@@ -96,13 +95,19 @@ impl<L: Law> WithSimd for Band<'_, L> {
 /// Keeps sums for later.
 struct Keep<'a> {
     field: &'a [Block<3>],
+    above: &'a [Block<3>],
     sums: &'a mut [Block<3>],
 }
 
 impl<S: Simd> Sums<S> for Keep<'_> {
     #[inline(always)]
-    fn field(&self, i: usize) -> Three<S::f32s> {
+    fn field(&self, _: S, i: usize) -> Three<S::f32s> {
         registers::<S, 3>(self.field, 0, i)
+    }
+
+    #[inline(always)]
+    fn above(&self, _: S, i: usize) -> Three<S::f32s> {
+        registers::<S, 3>(self.above, 0, i)
     }
 
     #[inline(always)]

@@ -39,23 +39,24 @@ impl RowConstants {
     }
 }
 
-/// Who has the row that springs leave, and takes the sums.
+/// Who has the row that springs leave and the row above, and takes the sums.
 pub(crate) trait Sums<S: Simd> {
     /// The field at register `i` of the row.
-    fn field(&self, i: usize) -> Three<S::f32s>;
+    fn field(&self, simd: S, i: usize) -> Three<S::f32s>;
+    /// The field at register `i` of the row above; not asked for at the top row.
+    fn above(&self, simd: S, i: usize) -> Three<S::f32s>;
     /// Takes the sums of register `i`; its field is not asked for again.
     fn take(&mut self, simd: S, i: usize, sum: Three<S::f32s>);
 }
 
 /// Hands the sums of `row` to `sums`: the springs that leave it, and what `rose` to it from below. What rises to the row
-/// `above`, if there is one, is written to `rising`. Fields are the first three columns of their rows.
+/// above, if there is one, is written to `rising`.
 #[inline(always)]
-pub(crate) fn springs_of_row<S: Simd, L: Law, const N: usize>(
+pub(crate) fn springs_of_row<S: Simd, L: Law>(
     simd: S,
     law: L,
     constants: &RowConstants,
     row: usize,
-    above: Option<&[Block<N>]>,
     (rose, rising): (&[Block<3>], &mut [Block<3>]),
     sums: &mut impl Sums<S>,
 ) {
@@ -63,25 +64,25 @@ pub(crate) fn springs_of_row<S: Simd, L: Law, const N: usize>(
     let along = constants.along.row(if row == 0 { 0 } else { 1 + usize::from(row + 1 == constants.rows) });
     let pair = |i: usize| [register::<S, 2>(along, 0, i), register::<S, 2>(along, 1, i)];
     let zero = [simd.splat_f32s(0.0); 3];
-    let mut own = sums.field(0);
+    let mut own = sums.field(simd, 0);
     let mut left = zero;
-    let Some(above) = above else {
+    if row + 1 == constants.rows {
         for i in 0..count {
-            let next = sums.field((i + 1).min(count - 1));
+            let next = sums.field(simd, (i + 1).min(count - 1));
             let [force] = pulls(simd, law, [sub(simd, shift_left(simd, own, next), own)], [pair(i)]);
             let sum = sub(simd, force, shift_right(simd, left, force));
             sums.take(simd, i, sub(simd, sum, registers::<S, 3>(rose, 0, i)));
             (own, left) = (next, force);
         }
         return;
-    };
+    }
     let upward = constants.upward.row(0);
     let upward = |run: usize, i: usize| [register::<S, 6>(upward, 2 * run, i), register::<S, 6>(upward, 2 * run + 1, i)];
-    let mut up = registers::<S, N>(above, 0, 0);
+    let mut up = sums.above(simd, 0);
     let mut up_left = zero;
     for i in 0..count {
         let next = (i + 1).min(count - 1);
-        let (next_own, next_up) = (sums.field(next), registers::<S, N>(above, 0, next));
+        let (next_own, next_up) = (sums.field(simd, next), sums.above(simd, next));
         let right = shift_left(simd, own, next_own);
         let ways =
             [sub(simd, right, own), sub(simd, up, own), sub(simd, shift_left(simd, up, next_up), own), sub(simd, up, right)];

@@ -18,8 +18,10 @@ use crate::state::{State, measure};
 use certificate::Certificate;
 use motion::Motion;
 
-/// How far below its limit R a corrected spring is aimed, as a part of the strain that R allows.
-const BACK_OFF: f32 = 0.2;
+/// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
+const BACK_OFF: f32 = 0.012;
+/// .. and at most, as a part of the strain that R allows.
+const LARGEST_BACK_OFF: f32 = 0.75;
 /// Part of the last cycle's way that the next one starts with.
 const MOMENTUM: f32 = 0.75;
 /// A cycle that makes the worst spring this much worse ends the momentum.
@@ -66,6 +68,7 @@ impl StrainLimit for CoarseToFine {
             limited.springs += done.springs;
             limited.sweeps += done.sweeps;
             limited.cuts += done.cuts;
+            limited.held_back_pins += done.held_back_pins;
         }
         limited
     }
@@ -75,7 +78,7 @@ impl Unit {
     /// A cloth; none if nothing in it is limited.
     fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
-        let delta = BACK_OFF * strain / (1.0 + strain);
+        let delta = BACK_OFF.min(LARGEST_BACK_OFF * strain) / (1.0 + strain);
         let levels: Box<dyn Hierarchy> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
             None => Box::new(general::GeneralLevels::new(model, cloth, strain, delta)),
@@ -111,6 +114,7 @@ impl Unit {
         let step = model.timing.step_length as f32;
         self.levels.store(step, &state.positions, ends, &mut state.velocities);
         limited.cuts = u32::from(self.certificate.enforce(model, state, ends, frame));
+        limited.held_back_pins = if frame.is_none() { limited.cuts } else { 0 };
         limited
     }
 }

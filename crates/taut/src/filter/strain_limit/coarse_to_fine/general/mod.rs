@@ -7,6 +7,7 @@
 
 mod build;
 mod coarsen;
+mod forest;
 mod level;
 mod surface;
 mod tiles;
@@ -15,6 +16,7 @@ mod weights;
 use super::{Hierarchy, Motion};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
+use forest::Forest;
 use level::{Level, Pull, square_distance};
 use tiles::Tiles;
 
@@ -40,6 +42,9 @@ pub(super) struct GeneralLevels {
     previous: Vectors,
     /// Where the finest level is over its limit.
     tiles: Tiles,
+    /// What can be solved exactly, and whether it has been in this step.
+    forest: Option<Forest>,
+    solved: bool,
     delta: f32,
     backwards: bool,
 }
@@ -49,8 +54,11 @@ impl GeneralLevels {
     pub fn new(model: &Model, cloth: &ClothRange, strain_limit: f32, delta: f32) -> Self {
         let (levels, particles) = build::levels(model, cloth, 1.0 + strain_limit);
         let count = particles.len();
+        let weights: Vec<f32> = levels[0].p.iter().map(|quad| quad[3]).collect();
         Self {
-            weights: levels[0].p.iter().map(|quad| quad[3]).collect(),
+            forest: Forest::new(&levels[0].springs, &weights),
+            solved: false,
+            weights,
             x: Vectors::zeros(count),
             previous: Vectors::zeros(count),
             tiles: Tiles::new(count, &levels[0].springs),
@@ -129,9 +137,16 @@ impl Hierarchy for GeneralLevels {
             }
         }
         self.backwards = false;
+        self.solved = false;
     }
 
     fn cycle(&mut self, momentum: f32, enough: f32, _: &Pool) -> f32 {
+        if let (Some(forest), false) = (&mut self.forest, self.solved) {
+            self.solved = true;
+            forest.correct(&self.x, &mut self.levels[0].d, enough);
+            self.go_on(0.0);
+            return self.measure(enough);
+        }
         self.go_on(momentum);
         let (finest, coarse) = self.levels.split_at_mut(1);
         for level in coarse {

@@ -27,10 +27,8 @@ pub(super) struct End<'a> {
 pub(super) struct Pull {
     /// Springs longer than this are pulled ..
     pub trigger: f32,
-    /// .. to this length ..
+    /// .. to this length.
     pub aim: f32,
-    /// .. by this part of the way.
-    pub part: f32,
 }
 
 /// Projects every spring of a run that is over its trigger. Where none of a register's springs is, nothing is stored.
@@ -43,7 +41,7 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], p
     let [au, av, aw] = a.d.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
     let [bu, bv, bw] = b.d.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
     let [wa, wb] = [a.w, b.w].map(|values| &S::as_simd_f32s(values).0[..len]);
-    let [trigger, part_aim, part] = [pull.trigger, pull.part * pull.aim, pull.part].map(|value| simd.splat_f32s(value));
+    let [trigger, aim, one] = [pull.trigger, pull.aim, 1.0].map(|value| simd.splat_f32s(value));
     // The floor keeps two held ends, and the empty lanes at the end of a run, from dividing by zero.
     let (floor, zero) = (simd.splat_f32s(1e-30), simd.splat_f32s(0.0));
     let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
@@ -57,7 +55,7 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], p
         if simd.first_true_m32s(over) >= S::F32_LANES {
             continue;
         }
-        let excess = sub(part, mul(mul(limit[i], part_aim), reciprocal_sqrt(simd, square)));
+        let excess = sub(one, mul(mul(limit[i], aim), reciprocal_sqrt(simd, square)));
         let weight = simd.max_f32s(add(wa[i], wb[i]), floor);
         let share = simd.select_f32s(over, simd.div_f32s(excess, weight), zero);
         let (share_a, share_b) = (mul(share, wa[i]), mul(share, wb[i]));

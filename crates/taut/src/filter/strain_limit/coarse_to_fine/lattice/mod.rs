@@ -20,8 +20,9 @@ use transfer::{bands, coarsened, parents, prolong, sample, sampled};
 /// Levels with at most this many particles are swept [`COARSEST_SWEEPS`] times: they cost nothing and carry the loads.
 const COARSEST: usize = 81;
 const COARSEST_SWEEPS: usize = 3;
-/// Part of the way that coarse springs are pulled; the finer levels do the rest.
-const COARSE_PART: f32 = 0.8;
+/// What a coarse level keeps of the finer one's distance between aim and limit: a part of a long spring is a long way, and
+/// taking it back within a step would throw the cloth.
+const FALL: f64 = 0.87;
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 4;
 const LOCAL_ROUNDS: usize = 2;
@@ -40,7 +41,8 @@ pub(super) struct LatticeLevels {
     /// Rows of gains on the way from a coarse level to a finer one.
     gained: Vec<Vec<f32>>,
     backwards: bool,
-    delta: f32,
+    /// How far below R each level aims, as a part of R.
+    deltas: Vec<f32>,
 }
 
 /// A coarse particle that may not go further from a held one, which its level does not have.
@@ -83,6 +85,7 @@ impl LatticeLevels {
             columns = (0..coarsened(columns.len())).map(|i| columns[sampled(i, columns.len())]).collect();
             rows = (0..coarsened(rows.len())).map(|j| rows[sampled(j, rows.len())]).collect();
         }
+        let deltas = (0..levels.len() as i32).map(|index| (f64::from(delta) * FALL.powi(index)) as f32).collect();
         Self {
             first: lattice.first,
             before: levels.iter().map(|level| Vectors::zeros(level.d.len())).collect(),
@@ -92,18 +95,19 @@ impl LatticeLevels {
             levels,
             anchors,
             backwards: false,
-            delta,
+            deltas,
         }
     }
 
     /// Not every spring that is a little over its aim is worth a pull: only those more than half the way to the limit.
     fn finest_pull(&self) -> Pull {
-        Pull { trigger: 1.0 - 0.5 * self.delta, aim: 1.0 - self.delta, part: 1.0 }
+        let delta = self.deltas[0];
+        Pull { trigger: 1.0 - 0.5 * delta, aim: 1.0 - delta }
     }
 
     fn sweep(&mut self, index: usize, pool: &Pool) {
-        let aim = 1.0 - self.delta;
-        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: aim, aim, part: COARSE_PART } };
+        let aim = 1.0 - self.deltas[index];
+        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: aim, aim } };
         self.levels[index].sweep(pull, self.backwards, None, pool);
         self.backwards = !self.backwards;
         let (finest, coarse) = self.levels.split_at_mut(1);

@@ -1,0 +1,109 @@
+//! Which particles of a cloth are meant.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What a selection chooses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Selector<'a> {
+    /// A corner of a grid.
+    Corner(Corner),
+    /// An edge of a grid.
+    Edge(Edge),
+    /// Vertex numbers within the cloth.
+    Vertices(&'a [u32]),
+    /// Lowest and highest corner of a box [m].
+    Box([[f64; 3]; 2]),
+    /// The vertex nearest to a point [m].
+    Nearest([f64; 3]),
+}
+
+/// Defines a struct whose fields are those that select particles, and its own.
+macro_rules! selection {
+    ($(#[$about:meta])* pub struct $name:ident { $($(#[$field:meta])* pub $own:ident: $kind:ty,)* }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name {
+            /// A corner of a grid, as seen from its front (first axis to the right, second axis up).
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub corner: Option<Corner>,
+            /// A whole edge of a grid, as seen from its front.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub edge: Option<Edge>,
+            /// Vertex numbers within this cloth, from 0.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub vertices: Option<Vec<u32>>,
+            /// All vertices inside a box: its lowest and its highest corner [m].
+            #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+            pub inside: Option<[[f64; 3]; 2]>,
+            /// The vertex nearest to a point [m]; the lowest number where several are as near.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub nearest: Option<[f64; 3]>,
+            $($(#[$field])* pub $own: $kind,)*
+        }
+
+        impl $name {
+            /// The selectors that are given; a valid selection has exactly one.
+            #[must_use]
+            pub fn selectors(&self) -> Vec<Selector<'_>> {
+                let mut given = Vec::new();
+                given.extend(self.corner.map(Selector::Corner));
+                given.extend(self.edge.map(Selector::Edge));
+                given.extend(self.vertices.as_deref().map(Selector::Vertices));
+                given.extend(self.inside.map(Selector::Box));
+                given.extend(self.nearest.map(Selector::Nearest));
+                given
+            }
+        }
+    };
+}
+
+selection! {
+    /// Particles that are held: exactly one of `corner`, `edge`, `vertices`, `box`, `nearest`; with `move` they travel.
+    pub struct Pin {
+        /// Keyframes `[time [s], [dx, dy, dz] [m]]` of the displacement from the start, joined by straight lines.
+        #[serde(rename = "move", skip_serializing_if = "Vec::is_empty")]
+        pub keyframes: Vec<Keyframe>,
+    }
+}
+
+/// Time [s] and displacement from the start [m].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Keyframe(pub f64, pub [f64; 3]);
+
+selection! {
+    /// A mass on top of the cloth's own: exactly one of `corner`, `edge`, `vertices`, `box`, `nearest`, and `mass`.
+    pub struct Weight {
+        /// Mass in all [kg], spread evenly over the particles chosen.
+        pub mass: f64,
+    }
+}
+
+/// A corner of a grid, as seen from its front.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Corner {
+    /// First axis at its start, second at its end.
+    TopLeft,
+    /// Both axes at their end.
+    TopRight,
+    /// Both axes at their start.
+    BottomLeft,
+    /// First axis at its end, second at its start.
+    BottomRight,
+}
+
+/// An edge of a grid, as seen from its front.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Edge {
+    /// First axis at its start.
+    Left,
+    /// First axis at its end.
+    Right,
+    /// Second axis at its end.
+    Top,
+    /// Second axis at its start.
+    Bottom,
+}
