@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures clean
+.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built scenes/meshes/cape.obj
@@ -58,6 +58,9 @@ schema: setup
 
 figures: setup
 	$(BIN)/python tools/figures.py
+
+wind: setup
+	$(BIN)/python tools/wind.py
 
 clean:
 	rm -rf .venv target out scenes/meshes/cape.obj

@@ -67,6 +67,22 @@ def test_the_report_agrees_with_the_positions(simulation: Simulation) -> None:
     assert report.kinetic_energy == pytest.approx(kinetic, rel=1e-4)
 
 
+def test_external_forces_are_weight_and_wind(flag: dict[str, Any]) -> None:
+    flag["wind"] = {"velocity": [3.0, 4.0, 0.0], "density": 1.2}
+    flag["cloth"][0] |= {"air_drag": 0.0, "drag_coefficient": 1.1}
+    simulation = Simulation(Scene(flag))
+    forces, free = simulation.external_forces(), ~simulation.pinned
+    assert (forces.shape, forces.dtype) == ((35, 3), np.float32)
+    assert not forces[~free].any()
+    weight = 9.81 * simulation.mass[free].sum()
+    assert forces[:, 2].sum() == pytest.approx(-weight, rel=1e-5)
+    # A flat sheet across y: 1/2 rho C_d A |W| W_y, shared out like the mass.
+    density = simulation.scene.document["cloth"][0]["density"]
+    push = 0.5 * 1.2 * 1.1 * simulation.mass[free].sum() / density * 5.0 * 4.0
+    assert forces[:, 1].sum() == pytest.approx(push, rel=1e-5)
+    assert abs(forces[:, 0]).max() < 1e-6
+
+
 def test_run_is_many_steps(simulation: Simulation, flag: dict[str, Any]) -> None:
     times: list[float] = []
     simulation.run(5, on_frame=lambda now: times.append(now.time))

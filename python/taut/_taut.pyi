@@ -170,5 +170,7 @@ class Engine:
         Returns:
             Duration of each pass [s], shape (repeats,), and the spring forces [N], shape (vertices, 3).
         """
+    def external_forces(self) -> NDArray[np.float32]:
+        """Gravity, air drag and wind in the present state [N], shape (vertices, 3); zero for pinned ones."""
     def state_hash(self) -> str:
         """XXH3 hash (16 hexadecimal digits) of positions and velocities."""

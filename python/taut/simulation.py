@@ -196,6 +196,14 @@ class Simulation:
         """XXH3 hash of positions and velocities, 16 hexadecimal digits."""
         return self._engine.state_hash()
 
+    def external_forces(self) -> NDArray[np.float32]:
+        """What acts on each vertex from outside in the present state: gravity, air drag and wind [N].
+
+        Returns:
+            Array of shape (vertices, 3); zero for pinned vertices.
+        """
+        return self._engine.external_forces()
+
     def snapshot(self) -> bytes:
         """The state as bytes, for :meth:`restore` of a simulation of the same scene."""
         return self._engine.snapshot()

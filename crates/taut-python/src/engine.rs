@@ -8,6 +8,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use taut::advance::{NonFinite, Summary, advance};
+use taut::forces::{Forces, external};
 use taut::model::{Model, SpringKind};
 use taut::scene::Scene;
 use taut::state::State;
@@ -218,6 +219,19 @@ impl Engine {
         let positions = self.with(py, |running| running.state.positions.clone());
         let (seconds, forces) = py.detach(|| yardstick::measure(&self.model, &positions, repeats));
         (PyArray1::from_vec(py, seconds), arrays::to_numpy(py, &forces))
+    }
+
+    fn external_forces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        let mut accelerations = self.with(py, |running| {
+            let mut forces = Forces::new(&self.model);
+            external(&self.model, &running.state, &mut forces, &running.work.pool());
+            forces.acceleration().clone()
+        });
+        let masses = &self.model.particles.mass;
+        for column in [&mut accelerations.x, &mut accelerations.y, &mut accelerations.z] {
+            column.iter_mut().zip(masses).for_each(|(part, mass)| *part *= mass);
+        }
+        arrays::to_numpy(py, &accelerations)
     }
 
     fn state_hash(&self, py: Python<'_>) -> String {

@@ -4,7 +4,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::filter::Limited;
-use crate::forces::elastic_energy;
+use crate::forces::{bending_energy, elastic_energy};
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::Model;
 use crate::state::{State, measure};
@@ -31,7 +31,7 @@ pub struct StateReport {
     pub worst_spring: Option<u32>,
     /// Sum of M V^2 / 2 over the free particles [J].
     pub kinetic_energy: f64,
-    /// Sum of k_s (|X_uv| - L)^2 / 2 [J].
+    /// Sum of k_s (|X_uv| - L)^2 / 2 over the springs, and the energy of bending [J].
     pub elastic_energy: f64,
     /// Sum of -M g.X over the free particles, relative to the origin [J].
     pub potential_energy: f64,
@@ -95,6 +95,7 @@ struct SpringPart {
 struct ParticlePart {
     kinetic: f64,
     potential: f64,
+    bending: f64,
     non_finite: Option<u32>,
 }
 
@@ -128,6 +129,7 @@ pub fn inspect(model: &Model, state: &State, health: &mut Health, pool: &Pool) -
     for part in &health.particles {
         report.kinetic_energy += part.kinetic;
         report.potential_energy += part.potential;
+        report.elastic_energy += part.bending;
         report.non_finite = report.non_finite.or(part.non_finite);
     }
     report
@@ -167,6 +169,7 @@ fn particles_of(chunk: usize, model: &Model, state: &State) -> ParticlePart {
         if !(position.is_finite() && velocity.is_finite()) {
             part.non_finite = part.non_finite.or(Some(particle as u32));
         }
+        part.bending += bending_energy(model, &state.positions, particle);
         if particles.inverse_mass[particle] > 0.0 {
             let mass = f64::from(particles.mass[particle]);
             part.kinetic += 0.5 * mass * velocity.as_dvec3().length_squared();

@@ -189,8 +189,7 @@ fn slowest_swing(links: usize) -> Vec<f64> {
 #[test]
 fn the_coarse_to_fine_filter_takes_nothing_from_the_swing_of_a_chain() {
     let (links, sway, strain_limit) = (32, 0.02, 1e-3);
-    let mut scene = chain(links, [0.0, 0.0, -1.0 / (1.0 + strain_limit)], 200, 4);
-    scene["solver"]["filter"] = json!("coarse_to_fine");
+    let mut scene = chain(links, [0.0, 0.0, -1.0 / (1.0 + strain_limit)], "coarse_to_fine", 200, 4);
     scene["cloth"][0]["strain_limit"] = json!(strain_limit);
     let mut run = Simulation::new(&scene);
     let (mut x, mut z) = (0.0, 0.0);

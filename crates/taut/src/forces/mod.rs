@@ -4,6 +4,7 @@
 //! springs and dampers, which are stiffer, change velocities in as many parts of the step as they need.
 
 mod air_drag;
+mod bending;
 mod internal;
 mod wind;
 
@@ -14,6 +15,7 @@ use crate::model::{ClothRange, Model};
 use crate::state::State;
 use internal::{Damper, Impulse, Workspace};
 
+pub use bending::bending_energy;
 pub use internal::elastic_energy;
 pub(crate) use internal::{Hooke, RowConstants, Sums, Three, springs_of_row};
 
@@ -67,7 +69,7 @@ pub fn external(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) 
     });
 }
 
-/// Springs of a cloth and [`external`] forces over `step` seconds: `V += (F_s / M + F_EXT / M) h`.
+/// Springs and bending of a cloth and [`external`] forces over `step` seconds: `V += (F_s + F_B + F_EXT) / M h`.
 pub fn kick(
     model: &Model,
     cloth: &ClothRange,
@@ -80,6 +82,7 @@ pub fn kick(
     let Forces { acceleration, springs, .. } = forces;
     let impulse = Impulse { field: positions, other: acceleration, out: velocities, keep: 1.0, add: step, scale: step };
     impulse.apply(Hooke, model, cloth, springs, pool);
+    bending::kick(model, cloth, positions, velocities, step, pool);
 }
 
 /// Dampers over a whole step: `V += F_D / M h` if one stage is stable, or as many stages of a Runge-Kutta-Legendre method

@@ -1,16 +1,16 @@
 //! Wind (paper, section 2.2), in the classical form on triangles (and whole cells of grids) and in the paper's cheaper
 //! form on particles.
 //!
-//! Both act along the normal and on the velocity relative to the moving air; see docs/equations.md, "Wind", for how the
-//! printed scalar formulas are read. However long the step, the impulse only slows what moves against the air and never
-//! turns it round ("Steps that are too long for the air").
+//! Both act on the velocity relative to the moving air; see docs/equations.md, "Wind", for how the printed scalar formulas
+//! are read. However long the step, the impulse only slows what moves against the air and never turns it round ("Steps that
+//! are too long for the air").
 
 use glam::Vec3;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::geometry::{Pool, Vectors, VectorsChunk, sine_of_turns};
-use crate::model::{Air, Model, Wave};
-use crate::scene::WindModel;
+use crate::model::{Air, Flows, Model, Resistance, Wave};
+use crate::scene::{WindLaw, WindModel};
 use crate::state::State;
 
 /// What two first passes leave for the particles to gather; empty without wind.
@@ -65,21 +65,54 @@ impl Wind {
         if length == 0.0 {
             return Vec3::ZERO;
         }
-        let drag = model.particles.drag_coefficient[particle];
         let most = model.particles.mass[particle] / model.timing.step_length as f32;
-        force(self.relative.get(particle), sum / length, area, air.density * drag, most)
+        force(air, &model.particles.wind[particle], self.relative.get(particle), sum / length, area, most)
     }
 }
 
-/// `F_W = -1/2 rho C_d A |V_rel| (V_rel . N) N` [N], `V_rel` the velocity relative to the air; `most` is the inertia that it
-/// acts on over the length of the step [kg/s].
+/// The wind force [N] on an area [m^2] whose velocity relative to the air is V_rel; `most` is the inertia that it acts on over
+/// the length of the step [kg/s].
 #[inline]
-fn force(relative: Vec3, normal: Vec3, area: f32, density_drag: f32, most: f32) -> Vec3 {
+fn force(air: &Air, resistance: &Resistance, relative: Vec3, normal: Vec3, area: f32, most: f32) -> Vec3 {
+    let across = match air.law {
+        WindLaw::Pressure => pressure(relative, normal, area, air.density * resistance.drag, most),
+        WindLaw::DragLift => drag_and_lift(relative, normal, 0.5 * air.density * area, resistance, most),
+    };
+    if resistance.friction == 0.0 {
+        return across;
+    }
+    across + friction(relative, normal, 0.5 * air.density * resistance.friction * area, most)
+}
+
+/// `F_W = -1/2 rho C_d A |V_rel| (V_rel . N) N` (paper, section 2.2).
+#[inline]
+fn pressure(relative: Vec3, normal: Vec3, area: f32, density_drag: f32, most: f32) -> Vec3 {
     let speed = relative.length();
     if 0.5 * density_drag * area * speed > most {
         return normal * (-most * relative.dot(normal));
     }
     normal * (-0.5 * density_drag * area * speed * relative.dot(normal))
+}
+
+/// Keckeisen et al. 2004: drag against V_rel on the area that the flow sees, `-1/2 rho C_d A |V_n| V_rel`, and lift at right
+/// angles to V_rel in its plane with the normal, `-1/2 rho C_l A |V_rel| (V_n - |V_n|^2 / |V_rel|^2 V_rel)`, where
+/// `V_n = (V_rel . N) N`.
+#[inline]
+fn drag_and_lift(relative: Vec3, normal: Vec3, factor: f32, resistance: &Resistance, most: f32) -> Vec3 {
+    let speed = relative.length();
+    if speed == 0.0 {
+        return Vec3::ZERO;
+    }
+    let factor = factor.min(most / (speed * (resistance.drag + resistance.lift)));
+    let across = relative.dot(normal);
+    let lift = normal * across - relative * (across * across / (speed * speed));
+    relative * (-factor * resistance.drag * across.abs()) - lift * (factor * resistance.lift * speed)
+}
+
+/// Skin friction `-1/2 rho C_f A |V_rel| V_t` along the cloth, `V_t = V_rel - (V_rel . N) N`.
+#[inline]
+fn friction(relative: Vec3, normal: Vec3, factor: f32, most: f32) -> Vec3 {
+    (relative - normal * relative.dot(normal)) * -(factor * relative.length()).min(most)
 }
 
 /// `1 / m = sum of (share^2 n / M)` over the corners, n being the number of panels around each.
@@ -94,7 +127,7 @@ fn inertia_of_panel(model: &Model, panel: usize) -> f32 {
     1.0 / distinct.iter().map(give).sum::<f32>()
 }
 
-/// V_rel = V - W(X), W being the mean wind and the gusts.
+/// V_rel = V - W(X), W being the mean wind, the gusts and the flows.
 fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], state: &State) {
     let run = chunk.first..chunk.first + chunk.x.len();
     let (mean, len) = (air.velocity, run.len());
@@ -118,6 +151,43 @@ fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], st
             }
         },
     );
+    if air.flows != Flows::default() {
+        Arch::new().dispatch(TakeFlows { flows: &air.flows, x, y, z, out: [out_x, out_y, out_z] });
+    }
+}
+
+/// V_rel -= V of the flows.
+struct TakeFlows<'a> {
+    flows: &'a Flows,
+    x: &'a [f32],
+    y: &'a [f32],
+    z: &'a [f32],
+    out: [&'a mut [f32]; 3],
+}
+
+impl WithSimd for TakeFlows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { flows, x, y, z, out: [u, v, w] } = self;
+        for vortex in &flows.vortices {
+            take(x, y, z, [&mut *u, &mut *v, &mut *w], |place| vortex.velocity(place));
+        }
+        for outflow in &flows.outflows {
+            take(x, y, z, [&mut *u, &mut *v, &mut *w], |place| outflow.velocity(place));
+        }
+    }
+}
+
+#[inline(always)]
+fn take(x: &[f32], y: &[f32], z: &[f32], [u, v, w]: [&mut [f32]; 3], velocity: impl Fn([f32; 3]) -> [f32; 3]) {
+    let len = x.len();
+    let (y, z, u, v, w) = (&y[..len], &z[..len], &mut u[..len], &mut v[..len], &mut w[..len]);
+    for i in 0..len {
+        let air = velocity([x[i], y[i], z[i]]);
+        (u[i], v[i], w[i]) = (u[i] - air[0], v[i] - air[1], w[i] - air[2]);
+    }
 }
 
 /// What each corner gets of a panel: its area vector [m^2] or the force on it [N].
@@ -138,7 +208,6 @@ fn share_of_panel(model: &Model, state: &State, relative: &Vectors, panel: usize
     let [a, b, c, d] = corners.map(|corner| relative.get(corner));
     // A triangle has its last corner twice; it counts once.
     let mean = (a + b + c + if corners[2] == corners[3] { Vec3::ZERO } else { d }) * share;
-    let drag = model.particles.drag_coefficient[corners[0]];
     let most = inertia / model.timing.step_length as f32;
-    force(mean, area_vector / area, area, air.density * drag, most) * share
+    force(air, &model.particles.wind[corners[0]], mean, area_vector / area, area, most) * share
 }

@@ -29,6 +29,12 @@ impl<T: Copy + Default> Adjacency<T> {
         Self { starts, items }
     }
 
+    /// Whether no owner has an item.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
     /// The items of an owner.
     ///
     /// # Panics

@@ -2,7 +2,8 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::scene::{Wind, WindModel};
+use super::Flows;
+use crate::scene::{FlowElement, Wind, WindLaw, WindModel};
 
 /// One travelling sine wave of the gusts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,26 +28,33 @@ pub struct Air {
     pub velocity: Vec3,
     /// Gusts on top of it.
     pub waves: Vec<Wave>,
+    /// Vortices, sources and sinks.
+    pub flows: Flows,
     /// Where the force is evaluated.
     pub model: WindModel,
+    /// How it follows from the relative wind.
+    pub law: WindLaw,
     /// rho [kg/m^3].
     pub density: f32,
-    /// No gust is faster than this [m/s].
+    /// The air is nowhere and never faster than this [m/s].
     pub greatest_speed: f64,
 }
 
 impl Air {
     /// Prepares a wind.
     pub(super) fn new(wind: &Wind) -> Self {
-        let velocity = DVec3::from_array(wind.velocity);
+        let (flows, uniform, fastest) = Flows::new(wind.elements.iter().filter_map(FlowElement::flow));
+        let velocity = DVec3::from_array(wind.velocity) + uniform;
         let waves = wind.gust.as_ref().map_or_else(Vec::new, |gust| waves(velocity, gust.strength, gust.period, gust.seed));
         let gusts: f64 = waves.iter().map(|wave| f64::from(wave.amplitude.length())).sum();
         Self {
             velocity: velocity.as_vec3(),
             waves,
+            flows,
             model: wind.model,
+            law: wind.law,
             density: wind.density as f32,
-            greatest_speed: velocity.length() + gusts,
+            greatest_speed: velocity.length() + gusts + fastest,
         }
     }
 }

@@ -5,15 +5,16 @@ use std::collections::BTreeMap;
 use glam::{DQuat, DVec3, EulerRot};
 use xxhash_rust::xxh3::Xxh3;
 
+use super::bending::Row;
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Air, ClothRange, Lattice, Link, MeshData, Model, Panels, Particles, PinGroup, SpringKind, Springs, grid, mesh,
-    network, pins, reach, suits,
+    Adjacency, Air, Bend, Bending, Buckling, ClothRange, Lattice, Link, MeshData, Model, Panels, Particles, PinGroup, Resistance,
+    SpringKind, Springs, bending, grid, mesh, network, pins, reach, suits,
     timing::{self, Rates},
     weights,
 };
 use crate::geometry::Vectors;
-use crate::scene::{Cloth, FilterKind, PointMass, Scene, SceneError, Source};
+use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source, WindLaw};
 
 /// Particle and spring numbers are 32 bits wide.
 const MOST_PARTICLES: usize = i32::MAX as usize;
@@ -25,17 +26,18 @@ impl Model {
     /// A mesh is missing or unusable, a pin matches nothing, pins are out of the cloth's reach, the step is over its bound.
     pub fn build(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Self, SceneError> {
         let mut assembly = Assembly { warnings: scene.warnings(), ..Assembly::default() };
+        let law = scene.wind.as_ref().map_or(WindLaw::Pressure, |wind| wind.law);
         for (index, cloth) in scene.cloth.iter().enumerate() {
             let at = format!("cloth[{index}]");
             let part = build_part(cloth, &at, meshes)?;
-            assembly.add(cloth, part, &at)?;
+            assembly.add(cloth, part, law, &at)?;
         }
         assembly.finish(scene)
     }
 }
 
 fn build_part(cloth: &Cloth, at: &str, meshes: &BTreeMap<String, MeshData>) -> Result<Part, SceneError> {
-    let flexion = cloth.flexion_stiffness > 0.0;
+    let flexion = cloth.flexion_stiffness > 0.0 || buckles(cloth);
     let place = |point: DVec3| {
         let [x, y, z] = cloth.rotate.map(f64::to_radians);
         let turn = DQuat::from_euler(EulerRot::ZYX, z, y, x);
@@ -65,6 +67,8 @@ struct Assembly {
     triangles: Vec<[u32; 3]>,
     panels: Vec<Panel>,
     springs: Vec<Spring>,
+    bends: Vec<([u32; 2], f64)>,
+    buckling: Vec<(u32, Buckling)>,
     pins: Vec<PinGroup>,
     /// Largest drag rate per unit of relative wind speed [1/m] and in still air [1/s].
     wind_rate: f64,
@@ -82,7 +86,7 @@ struct Spring {
 }
 
 impl Assembly {
-    fn add(&mut self, cloth: &Cloth, part: Part, at: &str) -> Result<(), SceneError> {
+    fn add(&mut self, cloth: &Cloth, part: Part, law: WindLaw, at: &str) -> Result<(), SceneError> {
         let first = self.particles.mass.len();
         if first + part.points.len() > MOST_PARTICLES {
             return Err(SceneError::at(at, format!("more than {MOST_PARTICLES} vertices in all")));
@@ -94,6 +98,8 @@ impl Assembly {
         let extra = weights::build(cloth, &part, at, held, &mut self.warnings)?;
         self.pins.extend(pins);
         let areas = part.areas();
+        let lift = if law == WindLaw::DragLift { material.lift_coefficient } else { 0.0 };
+        let coefficient = material.drag_coefficient + lift + cloth.friction_coefficient;
         for (index, point) in part.points.iter().enumerate() {
             let own = match cloth.network.as_ref().map(|network| &network.mass) {
                 Some(PointMass::One(mass)) => *mass,
@@ -108,14 +114,18 @@ impl Assembly {
             // The air sees the cloth alone: its drag is k_A times the cloth's own mass.
             let own_part = if extra[index] > 0.0 { own / mass } else { 1.0 };
             self.particles.air_drag.push((material.air_drag * own_part) as f32);
-            self.particles.drag_coefficient.push(material.drag_coefficient as f32);
+            self.particles.wind.push(Resistance {
+                drag: material.drag_coefficient as f32,
+                lift: material.lift_coefficient as f32,
+                friction: cloth.friction_coefficient as f32,
+            });
             let rest = &mut self.particles.rest;
             let point = point.as_vec3();
             rest.x.push(point.x);
             rest.y.push(point.y);
             rest.z.push(point.z);
             if mass > 0.0 {
-                self.wind_rate = self.wind_rate.max(material.drag_coefficient * areas[index] / mass);
+                self.wind_rate = self.wind_rate.max(coefficient * areas[index] / mass);
             }
         }
         self.drag_rate = self.drag_rate.max(material.air_drag);
@@ -123,24 +133,52 @@ impl Assembly {
         self.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| corner + shift)));
         let shifted = |panel: &Panel| Panel { corners: panel.corners.map(|corner| corner + shift) };
         self.panels.extend(part.panels.iter().map(shifted));
-        self.springs.extend(part.springs.iter().map(|seed| {
+        let moved = |([a, b], pull): ([u32; 2], f64)| ([a + shift, b + shift], pull);
+        self.bends.extend(bending::pairs(&curvatures(cloth, &part), cloth.bending).into_iter().map(moved));
+        if buckles(cloth) {
+            let seeds = part.springs.iter().filter(|seed| seed.kind == SpringKind::Flexion);
+            self.buckling.extend(seeds.flat_map(|seed| {
+                let rest = part.rest_length(seed.ends);
+                // It is compressed like the two structural springs beneath it.
+                let (breadth, compression) = if cloth.network.is_some() {
+                    (1.0, 0.5 * material.stiffness)
+                } else {
+                    let breadth = seed.weight * cloth.scale;
+                    (breadth, material.stiffness * breadth / rest)
+                };
+                // Springs two cells long overlap: each has half of the bending stiffness of its breadth of cloth.
+                let half = 0.5 * cloth.bending * breadth;
+                let [a, b] = seed.ends.map(|end| end + shift);
+                [(a, b), (b, a)].map(|(here, other)| (here, Buckling::new(other, rest, half, compression)))
+            }));
+        }
+        let kept = part.springs.iter().filter(|seed| seed.kind.is_type1() || cloth.flexion_stiffness > 0.0);
+        self.springs.extend(kept.map(|seed| {
             let stiffness = match seed.kind {
-                SpringKind::Structural => material.stiffness,
-                SpringKind::Shear => material.shear_stiffness,
+                SpringKind::Structural => material.stiffness * seed.weight,
+                SpringKind::Shear => material.shear_stiffness * seed.weight,
                 SpringKind::Flexion => cloth.flexion_stiffness,
             };
             Spring {
                 ends: seed.ends.map(|end| end + shift),
                 kind: seed.kind,
                 rest: part.rest_length(seed.ends),
-                stiffness: stiffness * seed.weight,
+                stiffness,
                 damping: if seed.kind.is_type1() { material.damping * seed.weight } else { 0.0 },
                 strain_limit: if seed.kind.is_type1() { material.strain_limit } else { f64::INFINITY },
             }
         }));
         let (name, count) = (cloth.name.clone(), part.points.len());
         // Springs and lattice are known when all cloths are there.
-        self.cloths.push(ClothRange { name, first, count, springs: 0..0, linked: false, lattice: None });
+        self.cloths.push(ClothRange {
+            name,
+            first,
+            count,
+            springs: 0..0,
+            linked: false,
+            bends: cloth.bending > 0.0,
+            lattice: None,
+        });
         Ok(())
     }
 
@@ -157,7 +195,8 @@ impl Assembly {
         reach::check(&self.pins, &springs, count)?;
         let air = scene.wind.as_ref().map(Air::new);
         let wind = air.as_ref().map_or(0.0, |air| f64::from(air.density) * air.greatest_speed * self.wind_rate);
-        let timing = timing::timing(scene, Rates::new(&self.particles, &springs, self.drag_rate + wind))?;
+        let bending = resistance(count, &self.bends, self.buckling);
+        let timing = timing::timing(scene, Rates::new(&self.particles, &springs, &bending, self.drag_rate + wind))?;
         let around =
             (0..).zip(&self.panels).flat_map(|(index, panel)| panel.distinct().iter().map(move |&corner| (corner, index)));
         let mut lattices = Vec::new();
@@ -185,6 +224,7 @@ impl Assembly {
         Ok(Model {
             lattices,
             links,
+            bending,
             fingerprint: fingerprint(scene, &self.particles.rest, &springs),
             panels: Panels {
                 around: Adjacency::new(count, around),
@@ -203,6 +243,35 @@ impl Assembly {
             warnings: self.warnings,
         })
     }
+}
+
+/// Second derivatives of a cloth that resists bending as a plate, in its size and place at rest.
+fn curvatures(cloth: &Cloth, part: &Part) -> Vec<Row> {
+    if cloth.bending == 0.0 || cloth.bending_model != BendingModel::Quadratic {
+        return Vec::new();
+    }
+    if let Some(grid) = &cloth.grid {
+        return bending::grid(grid.cells, [0, 1].map(|axis| cloth.scale * grid.size[axis] / f64::from(grid.cells[axis])));
+    }
+    if cloth.network.is_some() {
+        let links: Vec<[u32; 2]> = part.springs.iter().filter(|seed| seed.kind.is_type1()).map(|seed| seed.ends).collect();
+        let lines = network::straight_lines(&part.points, &links);
+        return lines.into_iter().map(|line| bending::network(&part.points, line)).collect();
+    }
+    bending::mesh(&part.points, &part.triangles)
+}
+
+/// Whether the cloth buckles at once under compression.
+fn buckles(cloth: &Cloth) -> bool {
+    cloth.bending > 0.0 && cloth.bending_model == BendingModel::ChoiKo
+}
+
+fn resistance(count: usize, bends: &[([u32; 2], f64)], buckling: Vec<(u32, Buckling)>) -> Bending {
+    let both_ways = bends.iter().flat_map(|&([a, b], pull)| {
+        let weight = pull as f32;
+        [(a, Bend { other: b, weight }), (b, Bend { other: a, weight })]
+    });
+    Bending { quadratic: Adjacency::new(count, both_ways), buckling: Adjacency::new(count, buckling.into_iter()) }
 }
 
 fn arrays(list: &[Spring], filter: FilterKind) -> Springs {

@@ -74,12 +74,12 @@ fn springs([nx, ny]: [u32; 2], cell: [f64; 2], flexion: bool) -> Vec<SpringSeed>
     if flexion {
         for j in 0..=ny {
             for i in 0..nx.saturating_sub(1) {
-                add(id(i, j), id(i + 2, j), Flexion, 1.0);
+                add(id(i, j), id(i + 2, j), Flexion, inner(j, ny) * cell[1]);
             }
         }
         for j in 0..ny.saturating_sub(1) {
             for i in 0..=nx {
-                add(id(i, j), id(i, j + 2), Flexion, 1.0);
+                add(id(i, j), id(i, j + 2), Flexion, inner(i, nx) * cell[0]);
             }
         }
     }

@@ -155,7 +155,7 @@ fn springs(faces: &[Face], part: &mut Part, flexion: bool) {
         part.notes.push(format!("{crowded} edges belong to more than two faces (non-manifold); they are simulated as they are"));
     }
     let is_edge = |ends: [u32; 2]| edges.binary_search_by_key(&ends, |edge| edge[0].ends).is_ok();
-    let (mut structural, mut shear, mut bending) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut structural, mut shear, mut flexed) = (Vec::new(), Vec::new(), Vec::new());
     for edge in &edges {
         let ends = edge[0].ends;
         let area: f64 = edge.iter().map(|side| faces[side.face as usize].area).sum();
@@ -175,10 +175,12 @@ fn springs(faces: &[Face], part: &mut Part, flexion: bool) {
         if let Some(pair) = diagonal {
             shear.push(SpringSeed { ends: pair, kind: Shear, weight: weight(pair) });
         } else if let Some(pair) = across.filter(|_| flexion) {
-            bending.push(SpringSeed { ends: pair, kind: Flexion, weight: 1.0 });
+            // In an equilateral mesh the three directions together are then as stiff as a plate in every direction.
+            let breadth = 16.0 / 9.0 * area / part.rest_length(pair).max(f64::MIN_POSITIVE);
+            flexed.push(SpringSeed { ends: pair, kind: Flexion, weight: breadth });
         }
     }
-    part.springs = [structural, shear, bending].concat();
+    part.springs = [structural, shear, flexed].concat();
     drop_coincident(part);
 }
 

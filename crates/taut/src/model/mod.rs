@@ -2,7 +2,9 @@
 
 mod adjacency;
 mod air;
+mod bending;
 mod build;
+mod flow;
 mod grid;
 mod lattice;
 mod mesh;
@@ -23,6 +25,8 @@ use glam::Vec3;
 
 pub use adjacency::Adjacency;
 pub use air::{Air, Wave};
+pub use bending::{Bend, Bending, Buckling};
+pub use flow::{Flows, Outflow, Vortex};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use pins::PinGroup;
@@ -42,6 +46,8 @@ pub struct Model {
     pub springs: Springs,
     /// The springs of each particle that are not in a lattice.
     pub links: Adjacency<Link>,
+    /// What resists bending.
+    pub bending: Bending,
     /// The triangles of all cloths, as they are shown: particles counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
     /// The same surface as masses and wind see it.
@@ -77,6 +83,8 @@ pub struct ClothRange {
     pub springs: Range<usize>,
     /// Whether its particles have springs that are not in a lattice.
     pub linked: bool,
+    /// Whether it resists bending.
+    pub bends: bool,
     /// Which of the model's lattices it is, if it is a grid.
     pub lattice: Option<usize>,
 }
@@ -100,8 +108,19 @@ pub struct Particles {
     pub inverse_mass: Vec<f32>,
     /// k_A [1/s].
     pub air_drag: Vec<f32>,
+    /// C_d, C_l and C_f [1].
+    pub wind: Vec<Resistance>,
+}
+
+/// How strongly the wind acts on a cloth.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Resistance {
     /// C_d [1].
-    pub drag_coefficient: Vec<f32>,
+    pub drag: f32,
+    /// C_l [1].
+    pub lift: f32,
+    /// C_f [1].
+    pub friction: f32,
 }
 
 /// What has mass and catches the wind: the triangles of a mesh, the whole cells of a grid. Cutting cells along one

@@ -27,7 +27,8 @@ pub(super) fn build(network: &Network, flexion: bool) -> Part {
         part.notes.push(format!("{loose} points have no link and move freely"));
     }
     if flexion {
-        part.springs.extend(straight_pairs(&part.points, &neighbours));
+        let seed = |[a, _, b]: [u32; 3]| SpringSeed { ends: [a.min(b), a.max(b)], kind: Flexion, weight: 1.0 };
+        part.springs.extend(straight_lines(&part.points, &links).into_iter().map(seed));
     }
     part
 }
@@ -41,18 +42,19 @@ fn neighbours(points: usize, links: &[[u32; 2]]) -> Vec<Vec<u32>> {
     neighbours
 }
 
-/// Pairs of points two links apart, where the links go straight on.
-fn straight_pairs(points: &[DVec3], neighbours: &[Vec<u32>]) -> Vec<SpringSeed> {
-    let mut pairs = Vec::new();
+/// Three points that follow one another, where the links go straight on.
+pub(super) fn straight_lines(points: &[DVec3], links: &[[u32; 2]]) -> Vec<[u32; 3]> {
+    let neighbours = neighbours(points.len(), links);
+    let mut lines = Vec::new();
     for (middle, around) in neighbours.iter().enumerate() {
         let direction = |end: u32| (points[end as usize] - points[middle]).normalize_or_zero();
         for (index, &a) in around.iter().enumerate() {
             for &b in &around[index + 1..] {
                 if direction(a).dot(direction(b)) < -STRAIGHT {
-                    pairs.push(SpringSeed { ends: [a.min(b), a.max(b)], kind: Flexion, weight: 1.0 });
+                    lines.push([a, middle as u32, b]);
                 }
             }
         }
     }
-    pairs
+    lines
 }

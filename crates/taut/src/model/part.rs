@@ -46,7 +46,8 @@ pub(super) struct SpringSeed {
     pub ends: [u32; 2],
     /// Structural, shear or flexion.
     pub kind: SpringKind,
-    /// Factor from the fabric's stiffness to the spring's constant [1] (docs/equations.md, "Spring constants").
+    /// Type 1: factor from the fabric's stiffness to the spring's constant [1] (docs/equations.md, "Spring constants"). Type 2:
+    /// breadth of the cloth that it stands for [m], 1 in a network.
     pub weight: f64,
 }
 

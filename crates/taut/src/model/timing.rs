@@ -6,7 +6,7 @@
 //! h < 4 / (g + sqrt(g^2 + 4 w^2)). Gershgorin's theorem on the spring matrix bounds w^2 and g by the largest
 //! d_u/m_u + d_v/m_v over the springs uv, d being the sum of the constants at a particle (docs/equations.md, "Step").
 
-use super::{Particles, Springs, Timing};
+use super::{Bending, Particles, Springs, Timing};
 use crate::scene::{FilterKind, Scene, SceneError, Substeps};
 
 /// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
@@ -25,7 +25,7 @@ const CALM: f64 = 0.5;
 /// The fastest rates in a model.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rates {
-    /// w^2 of the springs that act as forces [1/s^2].
+    /// w^2 of the springs that act as forces, and of bending [1/s^2].
     frequency_squared: f64,
     /// w^2 of all springs, those that are left to the filter as well [1/s^2].
     resolved: f64,
@@ -36,12 +36,14 @@ pub(super) struct Rates {
 }
 
 impl Rates {
-    /// Of springs and dampers; `drag` is the largest rate at which the air slows a particle [1/s].
-    pub fn new(particles: &Particles, springs: &Springs, drag: f64) -> Self {
+    /// Of springs, bending and dampers; `drag` is the largest rate at which the air slows a particle [1/s].
+    pub fn new(particles: &Particles, springs: &Springs, bending: &Bending, drag: f64) -> Self {
         let largest = |constants| largest_rate(particles, springs, constants);
+        // The largest eigenvalue of a sum is at most the sum of the largest ones.
+        let bending = bending.largest_rate(particles);
         Self {
-            frequency_squared: largest(&springs.force_stiffness),
-            resolved: largest(&springs.stiffness),
+            frequency_squared: largest(&springs.force_stiffness) + bending,
+            resolved: largest(&springs.stiffness) + bending,
             damping: largest(&springs.damping),
             drag,
         }
@@ -76,8 +78,9 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     let enough = (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
     let substeps = match scene.solver.substeps {
         Substeps::Auto if enough > MOST_STEPS => {
-            let problem =
-                format!("\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness or damping");
+            let problem = format!(
+                "\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness, bending or damping"
+            );
             return Err(SceneError::at("solver.substeps", problem));
         }
         Substeps::Auto => enough as u32,
@@ -85,7 +88,7 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
             let step = frame / f64::from(count);
             if step > bound && !scene.solver.force_step {
                 let problem = format!(
-                    "the step of {:.4} ms is over the stability bound of {:.4} ms (springs, damping, drag and wind); \
+                    "the step of {:.4} ms is over the stability bound of {:.4} ms (springs, bending, damping, drag and wind); \
                      use at least {enough}, or \"auto\", or set solver.force_step = true",
                     step * 1e3,
                     bound * 1e3
@@ -108,7 +111,7 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     }
     let spring_steps = (step_length / (SAFETY * self::bound(frequency_squared, 0.0))).ceil().max(1.0);
     if spring_steps * f64::from(substeps) > MOST_STEPS {
-        let problem = format!("springs would need {spring_steps} parts of each step; lower stiffness");
+        let problem = format!("springs would need {spring_steps} parts of each step; lower stiffness or bending");
         return Err(SceneError::at("solver.substeps", problem));
     }
     let rate = step_length * damping / SAFETY;

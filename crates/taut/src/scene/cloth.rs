@@ -42,6 +42,10 @@ pub struct Cloth {
     pub shear_stiffness: Option<f64>,
     /// k_s of each type 2 spring (two cells apart) [N/m]; 0 leaves them out, as the paper does.
     pub flexion_stiffness: f64,
+    /// Bending stiffness [N m], independent of resolution; in a network that of each line of links [N m^2]. 0 leaves bending out, as the paper does.
+    pub bending: f64,
+    /// What `bending` means: "quadratic" (a thin plate, for droop and folds) or "choi_ko" (type 2 springs that buckle at once under compression).
+    pub bending_model: BendingModel,
     /// The paper's k_D, relative-velocity damping along all springs [kg/s], independent of resolution like `stiffness`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
@@ -51,6 +55,11 @@ pub struct Cloth {
     /// The paper's C_d, resistance to wind across the cloth [1].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drag_coefficient: Option<f64>,
+    /// Lift across the relative wind, for `wind.law = "drag_lift"` [1]; the drag coefficient when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lift_coefficient: Option<f64>,
+    /// Friction of the relative wind along both sides of the cloth together [1]; 0 leaves it out, as the paper does.
+    pub friction_coefficient: f64,
     /// What is held.
     pub pins: Vec<Pin>,
     /// What hangs on it: extra masses, which the air does not see.
@@ -74,13 +83,27 @@ impl Default for Cloth {
             stiffness: None,
             shear_stiffness: None,
             flexion_stiffness: 0.0,
+            bending: 0.0,
+            bending_model: BendingModel::Quadratic,
             damping: None,
             air_drag: None,
             drag_coefficient: None,
+            lift_coefficient: None,
+            friction_coefficient: 0.0,
             pins: Vec::new(),
             weights: Vec::new(),
         }
     }
+}
+
+/// How a cloth resists bending.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BendingModel {
+    /// A thin plate of Poisson's ratio 0 with a constant matrix (Bergou et al. 2006).
+    Quadratic,
+    /// Type 2 springs that push with the force of a buckled arc (Choi & Ko 2002).
+    ChoiKo,
 }
 
 /// Where the points of a cloth come from.
@@ -112,6 +135,7 @@ impl Cloth {
         let stiffness = self.stiffness.unwrap_or(preset.stiffness);
         // A stiffness given alone speaks for the shear springs too: the paper has a single k_s.
         let shear_preset = if self.stiffness.is_some() { stiffness } else { preset.shear_stiffness };
+        let drag_coefficient = self.drag_coefficient.unwrap_or(preset.drag_coefficient);
         Material {
             strain_limit: self.strain_limit.unwrap_or(preset.strain_limit),
             density: self.density.unwrap_or(preset.density),
@@ -119,7 +143,8 @@ impl Cloth {
             shear_stiffness: self.shear_stiffness.unwrap_or(shear_preset),
             damping: self.damping.unwrap_or(preset.damping),
             air_drag: self.air_drag.unwrap_or(preset.air_drag),
-            drag_coefficient: self.drag_coefficient.unwrap_or(preset.drag_coefficient),
+            drag_coefficient,
+            lift_coefficient: self.lift_coefficient.unwrap_or(drag_coefficient),
         }
     }
 
@@ -133,6 +158,7 @@ impl Cloth {
         self.damping = Some(material.damping);
         self.air_drag = Some(material.air_drag);
         self.drag_coefficient = Some(material.drag_coefficient);
+        self.lift_coefficient = Some(material.lift_coefficient);
     }
 }
 

@@ -38,6 +38,8 @@ pub struct Material {
     pub air_drag: f64,
     /// The paper's C_d [1].
     pub drag_coefficient: f64,
+    /// C_l [1].
+    pub lift_coefficient: f64,
 }
 
 impl Fabric {
@@ -52,6 +54,7 @@ impl Fabric {
             damping,
             air_drag,
             drag_coefficient,
+            lift_coefficient: drag_coefficient,
         };
         match self {
             Self::Silk => row(0.06, 0.07, 10.0, 3.0, 0.002, 0.25, 1.2),

@@ -15,12 +15,12 @@ mod wind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use cloth::{Axis, Cloth, Grid, Network, PointMass, Source};
+pub use cloth::{Axis, BendingModel, Cloth, Grid, Network, PointMass, Source};
 pub use error::SceneError;
 pub use fabric::{Fabric, Material};
 pub use selection::{Corner, Edge, Keyframe, Pin, Selector, Weight};
 pub use solver::{FilterKind, IntegratorKind, Solver, Substeps};
-pub use wind::{Gust, Wind, WindModel};
+pub use wind::{Flow, FlowElement, FlowKind, Gust, Wind, WindLaw, WindModel};
 
 /// A scene: cloths, the air and gravity they live in, and how to simulate them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

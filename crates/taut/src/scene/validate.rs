@@ -1,6 +1,6 @@
 //! Ranges: what is allowed, and what is allowed but suspicious.
 
-use super::{Cloth, Network, Pin, PointMass, Scene, SceneError, Selector, Source, Substeps, Wind};
+use super::{Cloth, Flow, FlowElement, FlowKind, Network, Pin, PointMass, Scene, SceneError, Selector, Source, Substeps, Wind};
 
 type Check = Result<(), SceneError>;
 
@@ -8,6 +8,8 @@ type Check = Result<(), SceneError>;
 const FARTHEST: f64 = 1e5;
 /// More vertices than this in one grid would not fit the memory of an ordinary machine.
 const MOST_VERTICES: u64 = 16_000_000;
+/// Vortices and sources thinner than this [m] would be faster than sound long before they are felt.
+const SMALLEST_CORE: f64 = 1e-3;
 /// More steps per frame than this is a mistake in the units.
 const MOST_SUBSTEPS: u32 = 100_000;
 
@@ -43,7 +45,40 @@ fn check_wind(wind: &Wind) -> Check {
         within("wind.gust.strength", gust.strength, 0.0, 10.0, "0.3")?;
         above_zero("wind.gust.period", gust.period, 1e6, "2.0")?;
     }
-    Ok(())
+    wind.elements.iter().enumerate().try_for_each(|(index, element)| check_flow(&format!("wind.elements[{index}]"), element))
+}
+
+fn check_flow(at: &str, element: &FlowElement) -> Check {
+    let Some(flow) = element.flow() else {
+        let needs = match element.kind {
+            FlowKind::Uniform => "a uniform flow has velocity [m/s]",
+            FlowKind::Vortex => "a vortex has centre [m], axis, circulation [m^2/s] and core [m]",
+            FlowKind::Source => "a source has centre [m], flow [m^3/s; negative for a sink] and core [m]",
+        };
+        return Err(SceneError::at(at, format!("{needs}, all of them and nothing else")));
+    };
+    let place = |centre: &[f64; 3], core: f64| {
+        vector(&format!("{at}.centre"), centre, FARTHEST, "[1, 0, 1.5]")?;
+        if (SMALLEST_CORE..=FARTHEST).contains(&core) {
+            return Ok(());
+        }
+        Err(out_of_range(&format!("{at}.core"), core, &format!("in [{SMALLEST_CORE}, {FARTHEST}]"), "0.1"))
+    };
+    match flow {
+        Flow::Uniform(velocity) => vector(&format!("{at}.velocity"), &velocity, 1e4, "[1, 0, 0]"),
+        Flow::Vortex { centre, axis, circulation, core } => {
+            place(&centre, core)?;
+            vector(&format!("{at}.axis"), &axis, 1e6, "[0, 0, 1]")?;
+            if norm(&axis) < 1e-6 {
+                return Err(SceneError::at(format!("{at}.axis"), "has no direction; try [0, 0, 1]"));
+            }
+            within(&format!("{at}.circulation"), circulation, -1e6, 1e6, "2.0")
+        }
+        Flow::Source { centre, flow, core } => {
+            place(&centre, core)?;
+            within(&format!("{at}.flow"), flow, -1e6, 1e6, "1.0")
+        }
+    }
 }
 
 fn check_solver(scene: &Scene) -> Check {
@@ -114,9 +149,12 @@ fn check_material(at: &str, cloth: &Cloth) -> Check {
     within(&format!("{at}.stiffness"), material.stiffness, 0.0, 1e9, "20")?;
     within(&format!("{at}.shear_stiffness"), material.shear_stiffness, 0.0, 1e9, "10")?;
     within(&format!("{at}.flexion_stiffness"), cloth.flexion_stiffness, 0.0, 1e9, "0")?;
+    within(&format!("{at}.bending"), cloth.bending, 0.0, 1e6, "1e-5")?;
     within(&format!("{at}.damping"), material.damping, 0.0, 1e6, "0.005")?;
     within(&format!("{at}.air_drag"), material.air_drag, 0.0, 1e6, "0.1")?;
-    within(&format!("{at}.drag_coefficient"), material.drag_coefficient, 0.0, 1e3, "1.2")
+    within(&format!("{at}.drag_coefficient"), material.drag_coefficient, 0.0, 1e3, "1.2")?;
+    within(&format!("{at}.lift_coefficient"), material.lift_coefficient, 0.0, 1e3, "1.2")?;
+    within(&format!("{at}.friction_coefficient"), cloth.friction_coefficient, 0.0, 1e3, "0.01")
 }
 
 fn check_network(at: &str, network: &Network) -> Check {

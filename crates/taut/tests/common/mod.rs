@@ -54,10 +54,15 @@ pub fn model(value: &Value) -> Model {
 }
 
 pub fn mesh_model(cloth: Value, mesh: MeshData) -> Model {
-    let mut cloth = cloth;
+    mesh_scene(json!({}), cloth, mesh)
+}
+
+/// One cloth made of a mesh; `rest` holds the other fields of the scene.
+pub fn mesh_scene(mut rest: Value, mut cloth: Value, mesh: MeshData) -> Model {
     cloth["mesh"] = json!("mesh");
+    rest["cloth"] = json!([cloth]);
     let meshes = BTreeMap::from([("mesh".to_owned(), mesh)]);
-    Model::build(&scene(&json!({ "cloth": [cloth] })), &meshes).expect("a model")
+    Model::build(&scene(&rest), &meshes).expect("a model")
 }
 
 /// A cloth of points and links with neither stiffness, damping nor drag.

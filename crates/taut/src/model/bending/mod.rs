@@ -1,0 +1,70 @@
+//! What resists bending: a constant matrix (quadratic bending), or type 2 springs that buckle at once.
+//!
+//! The energy of a thin plate whose middle surface is not stretched is quadratic in its positions X, because then the second
+//! derivatives of X are as long as the curvatures (Bergou et al. 2006): `E = B/2 (|X_ss|^2 + 2 |X_st|^2 + |X_tt|^2)` per
+//! area, with Poisson's ratio 0. Each source of cloth says what the second derivatives are, as weighted sums of positions
+//! ([`Row`]); here they become one matrix.
+
+mod buckling;
+mod lines;
+mod triangles;
+
+pub use buckling::Buckling;
+pub(super) use lines::{grid, network};
+pub(super) use triangles::mesh;
+
+use super::{Adjacency, Particles};
+
+/// One second derivative times the root of the area it stands for, as a sum over vertices: `E = B/2 |sum a_v X_v|^2`.
+pub(super) type Row = Vec<(u32, f64)>;
+
+/// A pair in the matrix of quadratic bending as one of its ends sees it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Bend {
+    /// The other particle.
+    pub other: u32,
+    /// Pull of the pair per distance [N/m], negative where it pushes: minus the entry of the matrix.
+    pub weight: f32,
+}
+
+/// What resists bending, of all cloths.
+#[derive(Debug, Default)]
+pub struct Bending {
+    /// The matrix of quadratic bending, without its diagonal.
+    pub quadratic: Adjacency<Bend>,
+    /// Type 2 springs that buckle at once (Choi & Ko 2002).
+    pub buckling: Adjacency<Buckling>,
+}
+
+impl Bending {
+    /// Whether nothing resists bending.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.quadratic.is_empty() && self.buckling.is_empty()
+    }
+
+    /// An upper bound of w^2 [1/s^2]: absolute row sums of the matrix divided by masses (Gershgorin).
+    pub(super) fn largest_rate(&self, particles: &Particles) -> f64 {
+        let rate = |particle: usize| {
+            let bends = self.quadratic.of(particle).iter().map(|bend| f64::from(bend.weight));
+            let quadratic: f64 = bends.clone().map(f64::abs).sum::<f64>() + bends.sum::<f64>().abs();
+            let buckling: f64 = self.buckling.of(particle).iter().map(|spring| 2.0 * spring.steepest()).sum();
+            (quadratic + buckling) * f64::from(particles.inverse_mass[particle])
+        };
+        (0..particles.mass.len()).map(rate).fold(0.0, f64::max)
+    }
+}
+
+/// The pairs of `A^T A` times the bending stiffness, each with its pull [N/m], in the order of their vertices.
+pub(super) fn pairs(rows: &[Row], bending: f64) -> Vec<([u32; 2], f64)> {
+    let products = rows.iter().flat_map(|row| {
+        let before = |index: usize| row[..index].iter();
+        row.iter().enumerate().flat_map(move |(index, &(b, of_b))| {
+            before(index).map(move |&(a, of_a)| ([a.min(b), a.max(b)], -bending * of_a * of_b))
+        })
+    });
+    let mut products: Vec<_> = products.collect();
+    products.sort_by_key(|&(ends, _)| ends);
+    let sum = |pair: &[([u32; 2], f64)]| (pair[0].0, pair.iter().map(|&(_, pull)| pull).sum());
+    products.chunk_by(|one, other| one.0 == other.0).map(sum).collect()
+}
