@@ -23,7 +23,7 @@ const BACK_OFF: f32 = 0.012;
 /// .. and at most, as a part of the strain that R allows.
 const LARGEST_BACK_OFF: f32 = 0.75;
 /// Part of the last cycle's way that the next one starts with.
-const MOMENTUM: f32 = 0.75;
+const MOMENTUM: f32 = 0.85;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 

@@ -99,10 +99,10 @@ impl LatticeLevels {
         }
     }
 
-    /// Not every spring that is a little over its aim is worth a pull: only those more than half the way to the limit.
+    /// Not every spring that is a little over its aim is worth a pull: only those more than a quarter of the way to the limit.
     fn finest_pull(&self) -> Pull {
         let delta = self.deltas[0];
-        Pull { trigger: 1.0 - 0.5 * delta, aim: 1.0 - delta }
+        Pull { trigger: 1.0 - 0.75 * delta, aim: 1.0 - delta }
     }
 
     fn sweep(&mut self, index: usize, pool: &Pool) {
