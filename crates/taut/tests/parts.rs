@@ -1,0 +1,73 @@
+//! The parts of a step: however they are walked through, the bits are those of one part after another.
+#![allow(missing_docs)]
+
+mod common;
+
+use common::model;
+use glam::Vec3;
+use serde_json::json;
+use taut::forces::{Forces, external, kick};
+use taut::geometry::{Pool, Vectors};
+use taut::integrate::{Integrator, propose};
+use taut::model::Model;
+use taut::state::State;
+
+/// A sheet of so many cells, crumpled and moving, whose springs take several parts of a step.
+fn crumpled(cells: [u32; 2], damping: f64) -> (Model, State) {
+    let model = model(&json!({
+        "cloth": [{
+            "grid": { "size": [1.0, 0.7], "cells": cells, "axes": ["x", "y"] },
+            "density": 0.2, "stiffness": 400.0, "damping": damping, "pins": [{ "corner": "bottom-left" }],
+        }],
+        "solver": { "substeps": 1 },
+    }));
+    let mut state = State::new(&model);
+    for particle in 0..model.particle_count() {
+        let phase = particle as f32;
+        let wave = Vec3::new((1.3 * phase).sin(), (2.9 * phase).sin(), (4.7 * phase).sin());
+        state.positions.set(particle, state.positions.get(particle) + wave * 1e-3);
+        if model.particles.inverse_mass[particle] > 0.0 {
+            state.velocities.set(particle, wave);
+        }
+    }
+    (model, state)
+}
+
+/// Ends and velocities, one part after another.
+fn one_after_another(model: &Model, mut state: State) -> (Vectors, Vectors) {
+    let (pool, particles) = (Pool::new(1), 0..model.particle_count());
+    let count = model.timing.spring_steps;
+    let length = (model.timing.step_length / f64::from(count)) as f32;
+    let mut forces = Forces::new(model);
+    external(model, &state, &mut forces, &pool);
+    let (mut ends, mut seen) = (state.positions.clone(), state.positions.clone());
+    ends.set_scaled(particles.clone(), &state.positions, &state.velocities, 0.5 * length, &pool);
+    for part in 1..=count {
+        let ahead = model.timing.springs_ahead as f32;
+        seen.set_scaled(particles.clone(), &ends, &state.velocities, ahead, &pool);
+        kick(model, &model.cloths[0], &seen, &mut state.velocities, length, &mut forces, &pool);
+        let after = if part < count { length } else { length - 0.5 * length };
+        ends.add_scaled(particles.clone(), &state.velocities, after, &pool);
+    }
+    (ends, state.velocities)
+}
+
+#[test]
+fn a_walk_over_the_rows_gives_the_bits_of_one_part_after_another() {
+    // Rows shorter and longer than a register, and a whole number of registers long; more parts than one group holds.
+    for (cells, damping) in [([2, 2], 0.0), ([6, 9], 0.0), ([15, 4], 0.5), ([31, 33], 0.0), ([47, 70], 0.1), ([130, 20], 0.0)] {
+        let (model, state) = crumpled(cells, damping);
+        assert!(model.timing.spring_steps > 2, "{cells:?}: {:?}", model.timing);
+        let expected = one_after_another(&model, state.clone());
+        for threads in 1..=3 {
+            let (pool, mut state) = (Pool::new(threads), state.clone());
+            let (mut forces, mut integrator) = (Forces::new(&model), Integrator::new(&model, pool.threads()));
+            let mut ends = state.positions.clone();
+            pool.install(|| {
+                external(&model, &state, &mut forces, &pool);
+                propose(&model, &mut state, &mut ends, &mut forces, &mut integrator, &pool);
+            });
+            assert_eq!((&ends, &state.velocities), (&expected.0, &expected.1), "{cells:?} on {threads} threads");
+        }
+    }
+}
