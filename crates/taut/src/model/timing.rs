@@ -20,7 +20,7 @@ const ROOMY: f64 = 0.1;
 /// h g of the fastest mode, at least, where a filter looks at several parts of a step together [1]. It takes the displacement D
 /// of a step back and D / h from the velocity. A vibration of frequency w leaves the step with V cos(w h) and D = V sin(w h) / w,
 /// so that it is multiplied by cos(w h) - sin(w h) / (w h), which is up to 1.063: undamped, it would grow.
-const CALM: f64 = 0.5;
+const CALM: f64 = 1.2;
 
 /// The fastest rates in a model.
 #[derive(Debug, Clone, Copy)]
@@ -109,7 +109,9 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
             bound,
         });
     }
-    let spring_steps = (step_length / (SAFETY * self::bound(frequency_squared, 0.0))).ceil().max(1.0);
+    let undivided = step_length <= SAFETY * self::bound(frequency_squared, 0.0);
+    let ahead = if undivided || damping * step_length >= CALM { 0.0 } else { CALM / step_length };
+    let spring_steps = (step_length / (SAFETY * self::bound(frequency_squared, ahead))).ceil().max(1.0);
     if spring_steps * f64::from(substeps) > MOST_STEPS {
         let problem = format!("springs would need {spring_steps} parts of each step; lower stiffness or bending");
         return Err(SceneError::at("solver.substeps", problem));
@@ -117,8 +119,7 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     let rate = step_length * damping / SAFETY;
     // s stages are stable up to h g = s^2 + s.
     let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
-    let springs_ahead =
-        if spring_steps > 1.0 && damping * step_length < CALM { CALM / (step_length * frequency_squared) } else { 0.0 };
+    let springs_ahead = if ahead > 0.0 { ahead / frequency_squared } else { 0.0 };
     Ok(Timing { substeps, step_length, spring_steps: spring_steps as u32, springs_ahead, damping_stages, bound })
 }
 

@@ -21,7 +21,7 @@ use motion::Motion;
 /// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
 const BACK_OFF: f32 = 0.012;
 /// .. and at most, as a part of the strain that R allows.
-const LARGEST_BACK_OFF: f32 = 0.75;
+const LARGEST_BACK_OFF: f32 = 0.5;
 /// Part of the last cycle's way that the next one starts with.
 const MOMENTUM: f32 = 0.85;
 /// A cycle that makes the worst spring this much worse ends the momentum.
