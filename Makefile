@@ -6,7 +6,7 @@ RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml
 .PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind clean
 .DEFAULT_GOAL := demo
 
-setup: .venv/built scenes/meshes/cape.obj
+setup: .venv/built
 
 .venv/ready: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "taut needs Python 3.11 or newer, this is " + sys.version.split()[0])'
@@ -18,9 +18,6 @@ setup: .venv/built scenes/meshes/cape.obj
 .venv/built: .venv/ready $(RUST_SOURCES)
 	PIP_QUIET=1 $(BIN)/maturin develop --release --quiet --extras dev
 	@touch $@
-
-scenes/meshes/cape.obj: scenes/meshes/make_cape.py .venv/built
-	$(BIN)/python $<
 
 demo: setup
 	$(BIN)/python tools/demo.py
@@ -63,4 +60,4 @@ wind: setup
 	$(BIN)/python tools/wind.py
 
 clean:
-	rm -rf .venv target out scenes/meshes/cape.obj
+	rm -rf .venv target out
