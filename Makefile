@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind clean
+.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind docs gallery wheel clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built
@@ -16,13 +16,13 @@ setup: .venv/built
 	@touch $@
 
 .venv/built: .venv/ready $(RUST_SOURCES)
-	PIP_QUIET=1 $(BIN)/maturin develop --release --quiet --extras dev
+	PIP_QUIET=1 $(BIN)/maturin develop --release --quiet --extras dev,docs
 	@touch $@
 
 demo: setup
 	$(BIN)/python tools/demo.py
 
-test: lint test-rust test-python
+test: lint docs test-rust test-python
 
 lint: setup
 	cargo fmt --check
@@ -52,6 +52,22 @@ peers: setup
 
 schema: setup
 	$(BIN)/taut schema > docs/scene.schema.json
+
+# The site, in out/site; warnings are errors, and nothing is fetched.
+docs: setup
+	$(BIN)/python -m tools.site
+
+# Films of the shipped scenes for the site, and the stills of its gallery.
+gallery: setup
+	$(BIN)/python tools/gallery.py
+
+# A wheel, installed where nothing of this folder is in reach, runs what it brings.
+wheel: setup
+	rm -rf out/wheel
+	$(BIN)/maturin build --release --quiet --out out/wheel
+	$(PYTHON) -m venv out/wheel/venv
+	out/wheel/venv/bin/pip install --quiet out/wheel/*.whl
+	cd out/wheel && venv/bin/taut scenes && venv/bin/taut run cape --out cape.zarr --frames 10 && venv/bin/taut doctor
 
 figures: setup
 	$(BIN)/python tools/figures.py
