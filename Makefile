@@ -22,7 +22,7 @@ setup: .venv/built
 demo: setup
 	$(BIN)/python tools/demo.py
 
-test: lint docs test-rust test-python
+test: lint test-rust test-python
 
 lint: setup
 	cargo fmt --check
@@ -53,7 +53,7 @@ peers: setup
 schema: setup
 	$(BIN)/taut schema > docs/scene.schema.json
 
-# The site, in out/site; warnings are errors, and nothing is fetched.
+# The site, in out/site; warnings are errors, and nothing is fetched. The tests build it, too.
 docs: setup
 	$(BIN)/python -m tools.site
 

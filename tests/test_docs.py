@@ -78,9 +78,7 @@ def test_pages_that_are_made_hold_what_they_are_made_of(site: Path) -> None:
 def test_the_notebook_was_run(site: Path) -> None:
     page = (site / "python.html").read_text()
     assert page.count("<img") >= 5
-    assert "a quarter of a second after the push" in re.sub(
-        r"<pre.*?import.*?</pre>", "", page, flags=re.DOTALL
-    )
+    assert re.search(r"a quarter of a second after the push: \d", page)
 
 
 def test_the_notebook_is_kept_without_outputs() -> None:

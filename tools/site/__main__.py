@@ -20,7 +20,7 @@ def main() -> int:
 
 
 def _quieten() -> None:
-    """Leave nothing to be printed but warnings of the build; keep the notebook from the user's own IPython."""
+    """Let only the build print, and keep the notebook apart from the user's own IPython."""
     settings = ROOT / "out" / "ipython" / "profile_default"
     settings.mkdir(parents=True, exist_ok=True)
     (settings / "ipython_kernel_config.py").write_text('get_config().IPKernelApp.log_level = "ERROR"\n')

@@ -2,10 +2,9 @@
 
 import tomllib
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 
-from taut.errors import SceneError
+from taut.errors import SceneError, did_you_mean
 
 FOLDER = Path(__file__).resolve().parent.parent / "scenes"
 """Where they lie, in the installed package too."""
@@ -46,6 +45,11 @@ def shipped_scenes() -> list[ShippedScene]:
     return [ShippedScene(path) for path in sorted(FOLDER.glob("*.toml"))]
 
 
+def is_shipped(name: str) -> bool:
+    """Whether a scene of this name comes with taut."""
+    return name in [scene.name for scene in shipped_scenes()]
+
+
 def find_scene(scene: str | Path) -> Path:
     """Return the file of a scene.
 
@@ -58,32 +62,25 @@ def find_scene(scene: str | Path) -> Path:
     path = Path(scene)
     if path.exists() and not path.is_dir():
         return path
-    names = [known.name for known in shipped_scenes()]
-    if str(scene) in names:
+    if is_shipped(str(scene)):
         return FOLDER / f"{scene}.toml"
     if path.is_dir():
         cache = path.suffix == ".zarr"
-        remedy = "it is a cache that a run wrote" if cache else "name a file in it"
+        remedy = "it is a cache that a run wrote: taut info reads it" if cache else "name a file in it"
         raise SceneError(f"cannot read the scene {path}: it is a folder; {remedy}")
     if path.name == str(scene) and not path.suffix:
-        raise SceneError(
-            f"there is no scene {path}: neither a file here nor a shipped scene"
-            f"{_did_you_mean(path.name, [*names, *_beside(path)])}; `taut scenes` lists those shipped"
-        )
-    raise SceneError(f"cannot read the scene {path}: No such file or directory{_nearest(path, names)}")
+        near = did_you_mean(path.name, [known.name for known in shipped_scenes()] + _beside(path))
+        missing = f"there is no scene {path}: neither a file here nor a shipped scene"
+        raise SceneError(f"{missing}{near}; `taut scenes` lists those shipped")
+    raise SceneError(f"cannot read the scene {path}: No such file or directory{_nearest(path)}")
 
 
-def _nearest(path: Path, names: list[str]) -> str:
-    if path.suffix == ".toml" and path.stem in names:
+def _nearest(path: Path) -> str:
+    if path.suffix == ".toml" and is_shipped(path.stem):
         return f"; the shipped scene is called {path.stem}, without .toml"
-    return _did_you_mean(path.name, _beside(path))
+    return did_you_mean(path.name, _beside(path))
 
 
 def _beside(path: Path) -> list[str]:
     """Names of the scene files in the folder where `path` was looked for."""
     return sorted(file.name for file in path.parent.glob("*.toml"))
-
-
-def _did_you_mean(word: str, known: list[str]) -> str:
-    near = get_close_matches(word, known, n=1)
-    return f"; did you mean {near[0]}?" if near else ""
