@@ -93,5 +93,9 @@ def test_formulas() -> None:
     assert 'display="block"' in mathml("x", block=True)
     norm = mathml(r"\Bigl\lvert \lVert x\rVert_M \Bigr\rvert", block=True)
     assert norm.count('fence="true"') == 4
+    assert mathml(r"2\cos wH", block=False).count("<mspace") == 2
+    assert "<mspace" not in mathml(r"\sin^2(x)", block=False)
+    assert mathml("a = -b - c", block=False).count('form="prefix"') == 1
+    assert "<munder>" in mathml(r"\max_{uv} d", block=True)
     with pytest.raises(ValueError, match=r"\\nonsense cannot be turned into MathML"):
         mathml(r"\nonsense{x}", block=False)

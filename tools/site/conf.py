@@ -5,7 +5,9 @@ import re
 import shutil
 from pathlib import Path
 
+from numpy.typing import ArrayLike
 from sphinx.application import Sphinx
+from sphinx.util.typing import stringify_annotation
 from taut import __version__
 
 from tools.site import directives, mathml
@@ -26,7 +28,7 @@ html_css_files = ["site.css"]
 html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sphinx = False
-smartquotes = False  # quotation marks are part of what is to be typed
+smartquotes_action = "D"  # quotation marks stay: they are part of what is to be typed
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
@@ -41,6 +43,8 @@ autodoc_typehints_format = "short"
 autodoc_default_options = {"members": True}
 copybutton_exclude = ".linenos, .gp, .go"
 
+_ARRAY_LIKE = stringify_annotation(ArrayLike, "smart")
+_NDARRAY = re.compile(r"~numpy\.ndarray\[tuple\[~typing\.Any, \.\.\.\], ~numpy\.dtype\[([~\w.]+)\]\]")
 _FILM = re.compile(r"<!-- film: (\S+) -->\n!\[(.*?)\]\((.*?)\)")
 
 
@@ -62,7 +66,20 @@ def show_films(app: Sphinx, name: str, source: list[str]) -> None:
 def keep_colons(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
     """Keep napoleon from taking what stands before a colon for a type: ours stand in the code."""
     if what in ("attribute", "property"):
-        lines.insert(0, "")
+        lines[:0] = ["..", ""]  # an empty comment
+
+
+def name_arrays(
+    app: Sphinx, what: str, name: str, obj: object, options: object, given: str | None, back: str | None
+) -> tuple[str | None, str | None]:
+    """Write the types of arrays in a signature, arguments and result, as the code has them."""
+
+    def named(text: str | None) -> str | None:
+        return text and _NDARRAY.sub(
+            r"~numpy.typing.NDArray[\1]", text.replace(_ARRAY_LIKE, "~numpy.typing.ArrayLike")
+        )
+
+    return named(given), named(back)
 
 
 def copy_files(app: Sphinx, error: Exception | None) -> None:
@@ -84,5 +101,6 @@ def setup(app: Sphinx) -> None:
     mathml.add_to(app)
     directives.add_to(app)
     app.connect("source-read", show_films)
+    app.connect("autodoc-process-signature", name_arrays)
     app.connect("autodoc-process-docstring", keep_colons, priority=400)  # napoleon has 500
     app.connect("build-finished", copy_files)

@@ -8,7 +8,21 @@ from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
 _BAR = re.compile(r"(?:\\(?:Bigg|bigg|Big|big)[lr]\s*)?\\(?P<side>[lr])(?P<kind>[vV])ert(?![A-Za-z])")
+_LIMITS = re.compile(r"\\(max|min)_")
 _TAG = re.compile(r"\\tag\{(\w+)\}")
+
+_FUNCTION = r"<mi>(?:arc)?(?:sin|cos|tan)</mi>"
+_THIN = '<mspace width="0.17em"/>'
+_SPACING = (
+    # A solidus is set as close as a letter.
+    (re.compile(r"<mo>&#x0002F;</mo>"), '<mo lspace="0" rspace="0">&#x0002F;</mo>'),
+    # After a relation, a comma or an opening bracket a minus is a sign.
+    (re.compile(r"(<mo[^>]*>(?:=|&#x000(?:3D|3C|3E|28|5B|2C);|&#x0226[45];)</mo>)<mo>&#x02212;</mo>"),
+     r'\1<mo form="prefix" lspace="0" rspace="0">&#x02212;</mo>'),
+    # Names of functions keep away from what is around them, but for brackets.
+    (re.compile(rf"(</(?:mi|mn|msub|msup|mfrac)>)({_FUNCTION})"), rf"\1{_THIN}\2"),
+    (re.compile(rf"(?<!<msu[bp]>)({_FUNCTION})(?=<m(?:i|n|sub|sup|frac)>)"), rf"\1{_THIN}"),
+)  # fmt: skip
 
 
 def mathml(tex: str, block: bool) -> str:
@@ -17,11 +31,16 @@ def mathml(tex: str, block: bool) -> str:
     Raises:
         ValueError: it has a command that cannot be turned into MathML.
     """
-    formula = convert(_BAR.sub(_fence, tex), display="block" if block else "inline")
+    tex = _BAR.sub(_fence, tex)
+    if block:
+        tex = _LIMITS.sub(r"\\\1\\limits_", tex)
+    formula = str(convert(tex, display="block" if block else "inline"))
     left = re.search(r"\\[A-Za-z]+", formula)
     if left:
         raise ValueError(f"{left[0]} cannot be turned into MathML, in the formula {tex}")
-    return str(formula)
+    for pattern, better in _SPACING:
+        formula = pattern.sub(better, formula)
+    return formula
 
 
 def _fence(match: re.Match[str]) -> str:
