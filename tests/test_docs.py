@@ -62,6 +62,18 @@ def test_nothing_is_fetched_and_nothing_is_missing(site: Path) -> None:
 
 
 @pytest.mark.slow
+def test_citations_lead_to_the_bibliography(site: Path) -> None:
+    entries = set(re.findall(r'id="(entry-\w+)"', (site / "bibliography.html").read_text()))
+    assert len(entries) > 20 and "entry-sun08" in entries
+    cited = set()
+    for path, page in pages(site):
+        for target, fragment in re.findall(r'href="([^"#]*bibliography\.html)#(entry-\w+)"', page):
+            assert (path.parent / target).exists() and fragment in entries, (path, fragment)
+            cited.add(fragment)
+    assert "[<" in (site / "equations.html").read_text() and len(cited) > 15
+
+
+@pytest.mark.slow
 def test_pages_that_are_made_hold_what_they_are_made_of(site: Path) -> None:
     commands = (site / "commands.html").read_text()
     assert all(f"taut {command.name}" in commands for command in app.registered_commands)

@@ -10,7 +10,7 @@ from sphinx.application import Sphinx
 from sphinx.util.typing import stringify_annotation
 from taut import __version__
 
-from tools.site import directives, mathml
+from tools.site import citations, directives, mathml
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 FILMS = ROOT / "out" / "gallery"
@@ -100,6 +100,7 @@ def setup(app: Sphinx) -> None:
     """Add what is ours."""
     mathml.add_to(app)
     directives.add_to(app)
+    citations.add_to(app)
     app.connect("source-read", show_films)
     app.connect("autodoc-process-signature", name_arrays)
     app.connect("autodoc-process-docstring", keep_colons, priority=400)  # napoleon has 500
