@@ -51,6 +51,10 @@ def test_a_flag_is_the_default(taut: Command, here: Path) -> None:
     assert Scene.load("banner.toml").title == "Banner"
 
 
+def test_a_name_that_is_taken_by_a_shipped_scene_is_told(taut: Command, here: Path) -> None:
+    assert "warning: without .toml, net is the scene that comes with taut" in taut("new", "net").err
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_fields_left_out_are_shown_with_the_values_that_they_have(kind: str) -> None:
     document = KINDS[kind]("Anything")

@@ -13,7 +13,7 @@ from pathlib import Path
 from taut import _taut
 
 LEAST_SPACE = 2e9
-"""Free disk space below which a remedy is named [bytes]; ten seconds of 256 x 256 vertices take 1 GB."""
+"""Free disk space below which a remedy is named [bytes]; 600 frames of 256 x 256 vertices take up to 1 GB."""
 
 _REGISTERS = {16: "AVX-512", 8: "AVX2", 4: "NEON"}
 
@@ -148,6 +148,6 @@ def disk(folder: Path) -> Finding:
             "run taut in a folder of yours, or give --out a path there",
         )
     if free < LEAST_SPACE:
-        remedy = "make room, or write elsewhere with --out; a cache takes 24 bytes a vertex and frame"
+        remedy = "make room, or write elsewhere with --out; a cache takes up to 24 bytes a vertex and frame"
         return Finding(name, text, remedy)
     return Finding(name, text)

@@ -42,6 +42,7 @@ def command(
     _check(name, path, kind, mesh, up)
     with expected_errors():
         from taut.scene import Scene
+        from taut.scene.shipped import is_shipped
         from taut.scene.template import commented
         from taut.simulation import Simulation
 
@@ -54,6 +55,8 @@ def command(
                 file.write(text)
         except OSError as error:
             raise fail(f"cannot write {path}: {error.strerror}", BAD_INPUT) from None
+    if is_shipped(path.stem):
+        warn([f"without .toml, {path.stem} is the scene that comes with taut"])
     typer.echo(f"wrote {path}; next: taut run {path} --out {path.with_suffix('.zarr')}")
 
 
