@@ -1,4 +1,4 @@
-"""Follows docs/tutorial.md to the letter: writes its files, changes its fields, runs its commands.
+"""Follows docs/tutorial.md to the letter: writes files, changes fields, runs commands, expects answers.
 
 `python -m tools.tutorial` does so and makes the tutorial's picture; the tests do so, too.
 """
@@ -28,7 +28,7 @@ def follow(folder: Path) -> str:
         What the commands printed.
 
     Raises:
-        RuntimeError: a command failed, or one did not that should.
+        RuntimeError: a command failed, or one did not that should, or none gave the answer that is shown.
     """
     environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
     printed = ""
@@ -45,6 +45,9 @@ def follow(folder: Path) -> str:
                 raise RuntimeError(
                     f"{content}ended with status {done.returncode}:\n{done.stdout}{done.stderr}"
                 )
+        elif language == "text":
+            if content.strip() not in " ".join(printed.split()):
+                raise RuntimeError(f"nothing has printed this:\n{content}{printed}")
         else:
             raise RuntimeError(f"a block of {language} has no title, so it is no file:\n{content}")
     return printed
