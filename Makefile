@@ -67,7 +67,7 @@ wheel: setup
 	$(BIN)/maturin build --release --quiet --out out/wheel
 	$(PYTHON) -m venv out/wheel/venv
 	out/wheel/venv/bin/pip install --quiet out/wheel/*.whl
-	cd out/wheel && venv/bin/taut scenes && venv/bin/taut run cape --out cape.zarr --frames 10 && venv/bin/taut doctor
+	cd out/wheel && venv/bin/taut scenes && venv/bin/taut run cape --out cape.zarr --frames 10
 
 figures: setup
 	$(BIN)/python tools/figures.py
