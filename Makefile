@@ -3,10 +3,10 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind clean
+.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind docs gallery wheel clean
 .DEFAULT_GOAL := demo
 
-setup: .venv/built scenes/meshes/cape.obj
+setup: .venv/built
 
 .venv/ready: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "taut needs Python 3.11 or newer, this is " + sys.version.split()[0])'
@@ -16,11 +16,8 @@ setup: .venv/built scenes/meshes/cape.obj
 	@touch $@
 
 .venv/built: .venv/ready $(RUST_SOURCES)
-	PIP_QUIET=1 $(BIN)/maturin develop --release --quiet --extras dev
+	PIP_QUIET=1 $(BIN)/maturin develop --release --quiet --extras dev,docs
 	@touch $@
-
-scenes/meshes/cape.obj: scenes/meshes/make_cape.py .venv/built
-	$(BIN)/python $<
 
 demo: setup
 	$(BIN)/python tools/demo.py
@@ -56,6 +53,22 @@ peers: setup
 schema: setup
 	$(BIN)/taut schema > docs/scene.schema.json
 
+# The site, in out/site; warnings are errors, and nothing is fetched. The tests build it, too.
+docs: setup
+	$(BIN)/python -m tools.site
+
+# Films of the shipped scenes for the site, and the stills of its gallery.
+gallery: setup
+	$(BIN)/python tools/gallery.py
+
+# A wheel, installed where nothing of this folder is in reach, runs what it brings.
+wheel: setup
+	rm -rf out/wheel
+	$(BIN)/maturin build --release --quiet --out out/wheel
+	$(PYTHON) -m venv out/wheel/venv
+	out/wheel/venv/bin/pip install --quiet out/wheel/*.whl
+	cd out/wheel && venv/bin/taut scenes && venv/bin/taut run cape --out cape.zarr --frames 10
+
 figures: setup
 	$(BIN)/python tools/figures.py
 
@@ -63,4 +76,4 @@ wind: setup
 	$(BIN)/python tools/wind.py
 
 clean:
-	rm -rf .venv target out scenes/meshes/cape.obj
+	rm -rf .venv target out

@@ -175,6 +175,17 @@ def test_a_missing_cache(taut: Command, tmp_path: Path, command: str) -> None:
     assert (done.status, done.err) == (2, f"error: there is no cache {tmp_path / 'gone.zarr'}\n")
 
 
+def test_a_cache_that_is_meant_but_not_there(taut: Command, copied: Path, flag_file: Path) -> None:
+    near = taut("info", copied.parent / "falg.zarr")
+    assert (near.status, "; did you mean flag.zarr?" in near.err) == (2, True)
+    scene = taut("info", flag_file)
+    assert f"a scene is run first: taut run {flag_file} --out flag.zarr" in scene.err
+    shipped = taut("render", "curtain", "--out", "a.png")
+    assert shipped.err == (
+        "error: there is no cache curtain; a scene is run first: taut run curtain --out curtain.zarr\n"
+    )
+
+
 def test_export(taut: Command, recorded: Path, tmp_path: Path) -> None:
     for kind in ("obj", "pc2", "ply"):
         out = tmp_path / kind

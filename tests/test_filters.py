@@ -1,12 +1,9 @@
 """Every filter on a flag, a drop, a net and an imported mesh: it runs, or says why it cannot."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from taut import Scene, SceneError, Simulation
 
-SCENES = Path(__file__).resolve().parent.parent / "scenes"
 FILTERS = [
     "none",
     "sequential",
@@ -23,7 +20,7 @@ LOCKS = {("cape", "rods"), ("cape", "fast_projection")}
 
 
 def simulation(scene: str, *settings: str) -> Simulation:
-    return Simulation(Scene.load(SCENES / f"{scene}.toml").with_settings(settings))
+    return Simulation(Scene.load(scene).with_settings(settings))
 
 
 def worst_stretch(scene: str, frames: int, *settings: str) -> float:

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from in_memory import chain, grid, moved
 from taut.formats import EXPORTERS, ExportError, MeshError, export, read_mesh, read_pc2
+from taut.scene import find_scene
 
 
 def waving(frames: int = 3):
@@ -161,7 +162,7 @@ def test_unknown_format(tmp_path):
 
 @pytest.fixture(scope="module")
 def cape(tmp_path_factory):
-    script = Path(__file__).parents[1] / "scenes" / "meshes" / "make_cape.py"
+    script = Path(__file__).parents[1] / "tools" / "make_cape.py"
     out = tmp_path_factory.mktemp("cape") / "cape.obj"
     subprocess.run([sys.executable, str(script), "--out", str(out)], check=True)
     return read_mesh(out)
@@ -178,6 +179,12 @@ def test_the_cape_is_one_open_irregular_sheet(cape):
     assert (valence == 6).mean() < 0.6
     length = np.linalg.norm(np.subtract(*cape.vertices[edges.T]), axis=1)
     assert length.min() > 0.012 and length.max() < 0.05
+
+
+def test_the_shipped_cape_is_the_one_that_its_script_makes(cape):
+    shipped = read_mesh(find_scene("cape").parent / "meshes" / "cape.obj")
+    np.testing.assert_allclose(cape.vertices, shipped.vertices, atol=2e-6)
+    np.testing.assert_array_equal(cape.corners, shipped.corners)
 
 
 def test_the_cape_has_the_neckline_that_its_script_promises(cape):

@@ -9,9 +9,10 @@ import pytest
 import zarr
 from taut import _taut
 from taut.formats import read_mesh, read_pc2
+from taut.scene import find_scene, shipped_scenes
 
 ROOT = Path(__file__).resolve().parent.parent
-SCENES = sorted((ROOT / "scenes").glob("*.toml"))
+SCENES = shipped_scenes()
 TAUT = Path(sys.executable).with_name("taut")
 ROUNDING = 1e-5
 """How far rounding to single precision may seem to lead over a limit [1]."""
@@ -31,10 +32,10 @@ def stretches(cache: Path) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 def test_no_spring_of_a_shipped_scene_is_over_its_limit(scene, tmp_path):
     cache = tmp_path / "cache.zarr"
-    taut("run", scene, "--out", cache, "--frames", "150", "--quiet")
+    taut("run", scene.name, "--out", cache, "--frames", "150", "--quiet")
     group = zarr.open_group(cache, mode="r")
     u, v = group["springs"][:].T
     longest = group["rest_length"][:].astype(np.float64) * (1 + group["strain_limit"][:].astype(np.float64))
@@ -45,10 +46,10 @@ def test_no_spring_of_a_shipped_scene_is_over_its_limit(scene, tmp_path):
     assert between <= group["strain_limit"][:].max() + ROUNDING
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 def test_scene_runs_and_reports_what_its_frames_hold(scene, tmp_path):
     cache = tmp_path / "cache.zarr"
-    taut("run", scene, "--out", cache, "--frames", "20", "--quiet")
+    taut("run", scene.name, "--out", cache, "--frames", "20", "--quiet")
     group = zarr.open_group(cache, mode="r")
     assert group["positions"].shape[0] == 20
     assert np.isfinite(group["positions"][:]).all()
@@ -57,7 +58,7 @@ def test_scene_runs_and_reports_what_its_frames_hold(scene, tmp_path):
 
 
 def test_scenes_cover_the_papers_experiments():
-    names = {path.stem for path in SCENES}
+    names = {scene.name for scene in SCENES}
     assert {"flag", "flag-light", "flag-strong", "flag-across", "one-corner", "two-corners"} <= names
     assert {"curtain", "cape", "net"} <= names
 
@@ -67,7 +68,7 @@ def test_the_unconstrained_drop_over_stretches_and_the_constrained_one_does_not(
     for method in ("none", "sweeps", "coarse_to_fine"):
         cache = tmp_path / f"{method}.zarr"
         settings = ("--set", f"solver.filter={method}")
-        taut("run", "scenes/one-corner.toml", "--out", cache, "--frames", "60", "--quiet", *settings)
+        taut("run", "one-corner", "--out", cache, "--frames", "60", "--quiet", *settings)
         worst[method] = stretches(cache).max()
     assert worst["none"] > 3.0  # [1], super-elasticity: over 300 %
     assert worst["sweeps"] < 0.12  # [1], the limit is 10 %; plain sweeps come near it, not below
@@ -78,7 +79,7 @@ def test_moving_pins_follow_their_keyframes(tmp_path):
     cache = tmp_path / "curtain.zarr"
     taut(
         "run",
-        "scenes/curtain.toml",
+        "curtain",
         "--out",
         cache,
         "--frames",
@@ -94,7 +95,7 @@ def test_moving_pins_follow_their_keyframes(tmp_path):
 
 
 def test_a_users_mesh_comes_back_in_its_own_vertex_order(tmp_path):
-    mesh = ROOT / "scenes" / "meshes" / "cape.obj"
+    mesh = find_scene("cape").parent / "meshes" / "cape.obj"
     (tmp_path / "mine.obj").write_bytes(mesh.read_bytes())
     pins = "{ nearest = [-0.035, -0.083, 1.45] }, { nearest = [0.0, 0.09, 1.45] }"
     scene = tmp_path / "mine.toml"

@@ -39,6 +39,7 @@ PACKAGE_RULES: dict[str, set[str]] = {
     "simulation": {"bench", "cli", "render"},
     "run": {"bench", "cli", "render"},
     "bench": {"cli", "cache", "render", "run"},
+    "doctor": {"cli", "cache", "formats", "run"},
 }
 
 LONGEST_FILE = 450

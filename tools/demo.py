@@ -25,7 +25,7 @@ def main() -> None:
     for name, method in RUNS.items():
         title = f"title=Flag, {name} the velocity constraint"
         taut(
-            *("run", "scenes/flag.toml", "--out", caches[name], "--overwrite"),
+            *("run", "flag", "--out", caches[name], "--overwrite"),
             *("--set", f"solver.filter={method}", "--set", title),
         )
     taut("render", *caches.values(), "--out", OUT / "flag.mp4", "--overwrite")

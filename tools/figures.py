@@ -31,7 +31,7 @@ def run(scene: str, method: str) -> tuple[Path, dict[str, Any]]:
         words = f"{'without' if method == 'none' else 'with'} the velocity constraint"
         settings += ["--set", f"title={scene.replace('-', ' ').capitalize()}, {words}"]
     subprocess.run(
-        [TAUT, "run", f"scenes/{scene}.toml", "--out", cache, "--overwrite", "--quiet", *settings],
+        [TAUT, "run", scene, "--out", cache, "--overwrite", "--quiet", *settings],
         check=True,
         cwd=ROOT,
     )
@@ -57,9 +57,7 @@ def main() -> None:
         reports = [report for _, report in results.values()]
         cells = [f"{100 * r['worst_stretch']:.2f} %, {r['ms_per_frame']:.1f} ms" for r in reports]
         limit = f"{100 * reports[0]['limit']:g} %"
-        rows.append(
-            f"| `scenes/{scene}.toml` | {reports[0]['vertices']} | {limit} | " + " | ".join(cells) + " |"
-        )
+        rows.append(f"| `{scene}` | {reports[0]['vertices']} | {limit} | " + " | ".join(cells) + " |")
         print(rows[-1], flush=True)
         if scene in STILLS:
             caches = [results[method][0] for method in ("none", METHODS[-1])]

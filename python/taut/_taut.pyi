@@ -12,6 +12,7 @@ __all__ = [
     "__version__",
     "resolve_scene",
     "scene_schema",
+    "simd_lanes",
     "state_hash",
 ]
 
@@ -69,6 +70,9 @@ def resolve_scene(document: str) -> tuple[str, list[str]]:
     Raises:
         SceneError: a field is unknown, misspelt, of the wrong type or out of range.
     """
+
+def simd_lanes() -> int:
+    """Numbers of single precision in a vector register here: 16 (AVX-512), 8 (AVX2), 4 (NEON) or 1."""
 
 def state_hash(positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> str:
     """XXH3 hash (16 hexadecimal digits) of positions and velocities, both of shape (vertices, 3)."""

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from taut import Scene, Simulation
 from taut.bench import irregular_square
+from taut.scene import shipped_scenes
 
-from tools.targets.table import ROOT, Effort, Row
+from tools.targets.table import Effort, Row
 
 TOLERANCE = 1e-5  # [1], how far over (1 + lambda) still counts as rounding
 CELLS = {
@@ -96,12 +97,12 @@ def cuts(effort: Effort) -> Row:
 def _shipped(effort: Effort) -> tuple[dict[str, int], Tally]:
     """Cuts of each shipped scene, and the springs in all frames."""
     found, tally = {}, Tally()
-    for path in sorted((ROOT / "scenes").glob("*.toml")):
-        scene = Scene.load(path)
+    for shipped in shipped_scenes():
+        scene = Scene.load(shipped.path)
         simulation = Simulation(scene)
-        found[path.stem] = 0
+        found[shipped.name] = 0
         for _ in range(scene.frames if effort.divide == 1 else effort.frames):
-            found[path.stem] += simulation.step(simulation.substeps).cuts
+            found[shipped.name] += simulation.step(simulation.substeps).cuts
             tally.add(simulation)
     return found, tally
 

@@ -28,6 +28,11 @@ fn resolve_scene(document: &str) -> PyResult<(String, Vec<String>)> {
     Ok((scene.to_json(), scene.warnings()))
 }
 
+#[pyfunction]
+fn simd_lanes() -> usize {
+    taut::geometry::lanes()
+}
+
 #[global_allocator]
 static MEMORY: memory::LineAligned = memory::LineAligned;
 
@@ -40,5 +45,6 @@ fn _taut(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<engine::Engine>()?;
     module.add_function(wrap_pyfunction!(scene_schema, module)?)?;
     module.add_function(wrap_pyfunction!(resolve_scene, module)?)?;
+    module.add_function(wrap_pyfunction!(simd_lanes, module)?)?;
     module.add_function(wrap_pyfunction!(arrays::state_hash, module)?)
 }

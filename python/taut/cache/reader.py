@@ -13,7 +13,8 @@ from zarr.storage import LocalStore
 
 from taut import _taut
 from taut.cache import layout
-from taut.errors import CacheError
+from taut.errors import CacheError, did_you_mean
+from taut.scene.shipped import is_shipped
 
 
 class Cache:
@@ -48,11 +49,11 @@ class Cache:
         """
         path = Path(path)
         if not os.path.exists(path):
-            raise CacheError(f"there is no cache {path}")
+            raise CacheError(f"there is no cache {path}{_meant(path)}")
         try:
             root = zarr.open_group(LocalStore(path, read_only=True), mode="r", zarr_format=3)
         except (FileNotFoundError, NotADirectoryError):
-            raise CacheError(f"{path} is no cache: it is no Zarr group") from None
+            raise CacheError(f"{path} is no cache: it is no Zarr group{_meant(path)}") from None
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise CacheError(f"{path}: its zarr.json is damaged ({error}); run it again") from None
         return cls(path, root)
@@ -187,6 +188,13 @@ class Cache:
             return np.asarray(self._arrays[name][selection])
         except (OSError, ValueError, RuntimeError, MemoryError) as error:
             raise CacheError(f"{self._path}: {name} is damaged ({error}); run it again") from None
+
+
+def _meant(path: Path) -> str:
+    """The end of the sentence that a path is no cache: what may have been meant."""
+    if path.suffix == ".toml" or is_shipped(str(path)):
+        return f"; a scene is run first: taut run {path} --out {path.stem}.zarr"
+    return did_you_mean(path.name, sorted(cache.name for cache in path.parent.glob("*.zarr")))
 
 
 def _arrays(path: Path, root: zarr.Group) -> dict[str, zarr.Array[Any]]:

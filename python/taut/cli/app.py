@@ -2,12 +2,11 @@
 
 import typer
 
-from taut.cli import bench, export, info, render, run, schema
+from taut.cli import bench, doctor, export, info, new, render, run, scenes, schema
 
 app = typer.Typer(
     help="Cloth that does not stretch: scene file in, moving cloth out.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
@@ -22,12 +21,15 @@ def _options(version: bool = typer.Option(False, "--version", help="Print the ve
         raise typer.Exit
 
 
+app.command("scenes")(scenes.command)
+app.command("new")(new.command)
 app.command("run")(run.command)
 app.command("render")(render.command)
 app.command("export")(export.command)
 app.command("info")(info.command)
 app.command("bench")(bench.command)
 app.command("schema")(schema.command)
+app.command("doctor")(doctor.command)
 
 
 def main() -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taut.cli.arguments import SceneArgument
 from taut.cli.console import BAD_INPUT, STOPPED, Bar, expected_errors, fail, warn
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    scene: Annotated[Path, typer.Argument(help="What to simulate.", metavar="SCENE.toml")],
+    scene: SceneArgument,
     out: Annotated[Path, typer.Option(help="The cache to write.", metavar="CACHE.zarr")],
     frames: Annotated[
         int | None,

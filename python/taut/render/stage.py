@@ -46,7 +46,7 @@ class Stage:
             most = _LARGEST_WINDOW // oversampling
             needed = f"{columns * width} x {rows * height} pixels"
             raise RenderError(f"a picture of {needed}: at most {most} a side; choose a smaller size")
-        self._plotter = _open_plotter((rows, columns), window)
+        self._plotter = open_plotter((rows, columns), window)
         self._actors = []
         places = []
         for index, frames in enumerate(panels):
@@ -90,7 +90,16 @@ class Stage:
         return Caption(panel.title, float(panel.time[frame]), worst, over)
 
 
-def _open_plotter(shape: tuple[int, int], size: tuple[int, int]) -> pv.Plotter:
+def open_plotter(shape: tuple[int, int], size: tuple[int, int]) -> pv.Plotter:
+    """Open an invisible window.
+
+    Args:
+        shape: rows and columns of panels.
+        size: width and height of the whole [pixels].
+
+    Raises:
+        RenderError: this machine has no OpenGL, in software or otherwise.
+    """
     with pv.vtk_verbosity("error"):  # It warns where there is no display; we need none.
         plotter = pv.Plotter(
             off_screen=True, shape=shape, window_size=list(size), border=False, lighting="none"

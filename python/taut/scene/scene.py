@@ -14,6 +14,7 @@ from taut.errors import SceneError
 from taut.scene.meshes import Mesh, check_arrays, read_meshes
 from taut.scene.plain import plain
 from taut.scene.settings import apply_setting
+from taut.scene.shipped import find_scene
 
 
 class Scene:
@@ -51,11 +52,14 @@ class Scene:
     def load(cls, path: str | Path) -> Self:
         """Read a TOML file; mesh paths in it start at its folder.
 
+        Args:
+            path: the file, or the name of a shipped scene, as in ``Scene.load("flag")``.
+
         Raises:
             SceneError: the file cannot be read, is not TOML (line and column are named) or is not a scene.
         """
-        path = Path(path)
         try:
+            path = find_scene(path)
             with path.open("rb") as file:
                 document = tomllib.load(file)
         except OSError as error:

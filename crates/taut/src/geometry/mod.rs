@@ -1,12 +1,14 @@
 //! Vectors as structure of arrays, and the thread pool that walks over them. Knows nothing of cloth.
 
 mod parallel;
+mod registers;
 mod rows;
 mod rsqrt;
 mod sine;
 mod vectors;
 
 pub use parallel::{CHUNK, Pool};
+pub use registers::lanes;
 pub use rows::{Block, LINE, Rows, SharedRows, copy_column, fill_column, register, registers, set_registers};
 pub use rsqrt::{reciprocal_sqrt, reciprocal_sqrts};
 pub use sine::sine_of_turns;

@@ -1,4 +1,4 @@
-"""Write cape.obj: a cape, cut from a flat pattern and laid round the shoulders.
+"""Write the mesh of the shipped scene `cape`: a cape, cut from a flat pattern and laid round the shoulders.
 
 The pattern is a sector of a ring, as a tailor draws it, with rounded front corners and a hem that is longer
 at the back. It is filled with irregular points and triangles (no grid), then rolled into an open cone,
@@ -27,6 +27,8 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+
+MESH = Path(__file__).resolve().parent.parent / "python/taut/scenes/meshes/cape.obj"
 
 NECK_HEIGHT = 1.45
 NECK_RADIUS = 0.09
@@ -121,9 +123,9 @@ def roll(points: Points) -> Points:
 
 
 def main() -> None:
-    """Write the file that the command line names."""
+    """Write the scene's mesh, or the file that the command line names."""
     parser = argparse.ArgumentParser(description="Write a cape as a Wavefront OBJ.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).with_name("cape.obj"))
+    parser.add_argument("--out", type=Path, default=MESH)
     out: Path = parser.parse_args().out
     border = outline()
     pattern = np.concatenate([border, fill(border)])
