@@ -14,8 +14,14 @@ const SAFETY: f64 = 0.9;
 /// Longest step that "auto" takes with the coarse-to-fine filter [s], for the sake of the motion ..
 const LONGEST: f64 = 1.0 / 120.0;
 /// .. if its limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
-/// filter that looks at the whole step only cannot stop them; the step is shorter in proportion.
+/// filter that looks at the whole step only cannot stop them; the step is shorter ..
 const ROOMY: f64 = 0.1;
+/// .. by this power of the limit. One that takes back what a step of springs did leaves the cloth pressed together.
+const ROOM_POWER: f64 = 0.75;
+/// For the same reason it looks after so many parts of the springs at least [1], if the limit ..
+const PARTS: f64 = 11.0;
+/// .. is at most this [1]; the wider it is, the more the springs bear themselves.
+const TIGHT: f64 = 0.05;
 
 /// h g of the fastest mode, at least, where a filter looks at several parts of a step together [1]. It takes the displacement D
 /// of a step back and D / h from the velocity. A vibration of frequency w leaves the step with V cos(w h) and D = V sin(w h) / w,
@@ -66,8 +72,10 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     let frame = 1.0 / scene.fps;
     let longest = if divided {
         let spring_step = SAFETY * self::bound(frequency_squared, 0.0);
-        let room = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(ROOMY, f64::min) / ROOMY;
-        LONGEST.min((LONGEST * room).max(spring_step)).min(SAFETY * bound)
+        let limit = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(ROOMY, f64::min);
+        let parts = PARTS * (limit / TIGHT).max(1.0).powi(2);
+        let by_limit = (LONGEST * (limit / ROOMY).powf(ROOM_POWER)).min(parts * spring_step);
+        LONGEST.min(by_limit.max(spring_step)).min(SAFETY * bound)
     } else {
         let by_constraints = matches!(scene.solver.filter, FilterKind::Rods | FilterKind::FastProjection | FilterKind::Xpbd);
         let longest = if by_constraints { LONGEST } else { f64::INFINITY };

@@ -7,6 +7,7 @@
 
 mod certificate;
 mod general;
+mod impulse;
 mod lattice;
 mod motion;
 
@@ -36,8 +37,8 @@ trait Hierarchy: Send {
     fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> f32;
     /// The displacements of all particles.
     fn motion(&mut self) -> Motion<'_>;
-    /// Gives the corrected ends back, and adds the corrections over `step` seconds to the velocities.
-    fn store(&self, step: f32, positions: &Vectors, ends: &mut Vectors, velocities: &mut Vectors);
+    /// Gives the corrected ends back, and what was added to them [m].
+    fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors);
 }
 
 /// One cloth: its levels and its certificate.
@@ -52,11 +53,14 @@ struct Unit {
 /// All cloths.
 pub(super) struct CoarseToFine {
     units: Vec<Unit>,
+    /// What the filter added to the ends of the step [m].
+    corrections: Vectors,
 }
 
 impl CoarseToFine {
     pub(super) fn new(model: &Model) -> Self {
-        Self { units: model.cloths.iter().filter_map(|cloth| Unit::new(model, cloth)).collect() }
+        let units = model.cloths.iter().filter_map(|cloth| Unit::new(model, cloth)).collect();
+        Self { units, corrections: Vectors::zeros(model.particle_count()) }
     }
 }
 
@@ -64,7 +68,7 @@ impl StrainLimit for CoarseToFine {
     fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
         let mut limited = Limited::default();
         for unit in &mut self.units {
-            let done = unit.apply(model, state, ends, pool);
+            let done = unit.apply(model, state, ends, &mut self.corrections, pool);
             limited.springs += done.springs;
             limited.sweeps += done.sweeps;
             limited.cuts += done.cuts;
@@ -87,7 +91,7 @@ impl Unit {
         Some(Self { cloth: cloth.clone(), certificate: Certificate::new(model, cloth), levels, enough })
     }
 
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
+    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool) -> Limited {
         let proposed = measure(model, &self.cloth, ends);
         let mut limited = Limited { springs: proposed.over, ..Limited::default() };
         let mut worst = proposed.worst;
@@ -111,8 +115,9 @@ impl Unit {
                 self.levels.motion().slow_down(frame, (before / after).sqrt() as f32);
             }
         }
-        let step = model.timing.step_length as f32;
-        self.levels.store(step, &state.positions, ends, &mut state.velocities);
+        self.levels.store(&state.positions, ends, corrections);
+        let rate = impulse::rate(model, &self.cloth, &state.velocities, corrections, frame);
+        state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
         limited.cuts = u32::from(self.certificate.enforce(model, state, ends, frame));
         limited.held_back_pins = if frame.is_none() { limited.cuts } else { 0 };
         limited

@@ -12,6 +12,8 @@ mod level;
 mod tiles;
 mod weights;
 
+use glam::Vec3;
+
 use super::{Hierarchy, Motion};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
@@ -178,13 +180,14 @@ impl Hierarchy for GeneralLevels {
         Motion { d: &mut self.levels[0].d, weights: &self.weights }
     }
 
-    fn store(&self, step: f32, positions: &Vectors, ends: &mut Vectors, velocities: &mut Vectors) {
-        for (place, &particle) in self.particles.iter().enumerate().filter(|(place, _)| self.weights[*place] > 0.0) {
+    fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors) {
+        for (place, &particle) in self.particles.iter().enumerate() {
             let particle = particle as usize;
             let (start, after) = (positions.get(particle), self.levels[0].d.get(place));
             let before = ends.get(particle) - start;
-            if after != before {
-                velocities.set(particle, velocities.get(particle) + (after - before) / step);
+            let corrected = self.weights[place] > 0.0 && after != before;
+            corrections.set(particle, if corrected { after - before } else { Vec3::ZERO });
+            if corrected {
                 ends.set(particle, start + after);
             }
         }

@@ -54,9 +54,8 @@ pub(super) struct Store<'a> {
     /// First particle of the cloth.
     pub first: usize,
     pub ends: &'a mut Vectors,
-    pub velocities: &'a mut Vectors,
-    /// 1 / h [1/s].
-    pub rate: f32,
+    /// What is added to the ends [m].
+    pub corrections: &'a mut Vectors,
 }
 
 impl WithSimd for Store<'_> {
@@ -64,34 +63,34 @@ impl WithSimd for Store<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { level, first, ends, velocities, rate } = self;
-        // What was not corrected keeps its end and its velocity to the last bit.
-        let correct = |x: f32, d: f32, end: &mut f32, velocity: &mut f32| {
+        let Self { level, first, ends, corrections } = self;
+        // What was not corrected keeps its end to the last bit.
+        let correct = |x: f32, d: f32, end: &mut f32, correction: &mut f32| {
             let before = *end - x;
-            *velocity += (d - before) * rate;
+            *correction = d - before;
             *end = if d == before { *end } else { x + d };
         };
         for row in 0..level.rows {
             let columns = first + row * level.columns..first + (row + 1) * level.columns;
             let [even, odd] = [level.place(0, row), level.place(1, row)];
             let fields = [
-                (&level.x.x, &level.d.x, &mut ends.x, &mut velocities.x),
-                (&level.x.y, &level.d.y, &mut ends.y, &mut velocities.y),
-                (&level.x.z, &level.d.z, &mut ends.z, &mut velocities.z),
+                (&level.x.x, &level.d.x, &mut ends.x, &mut corrections.x),
+                (&level.x.y, &level.d.y, &mut ends.y, &mut corrections.y),
+                (&level.x.z, &level.d.z, &mut ends.z, &mut corrections.z),
             ];
-            for (x, d, ends, velocities) in fields {
+            for (x, d, ends, corrections) in fields {
                 let (ends, ends_rest) = ends[columns.clone()].as_chunks_mut::<2>();
-                let (velocities, velocities_rest) = velocities[columns.clone()].as_chunks_mut::<2>();
+                let (corrections, corrections_rest) = corrections[columns.clone()].as_chunks_mut::<2>();
                 let pairs = ends.len();
                 let evens = x[even..even + pairs].iter().zip(&d[even..even + pairs]);
                 let odds = x[odd..odd + pairs].iter().zip(&d[odd..odd + pairs]);
-                for ((end, velocity), (even, odd)) in ends.iter_mut().zip(velocities).zip(evens.zip(odds)) {
-                    let ([end_even, end_odd], [velocity_even, velocity_odd]) = (end, velocity);
-                    correct(*even.0, *even.1, end_even, velocity_even);
-                    correct(*odd.0, *odd.1, end_odd, velocity_odd);
+                for ((end, correction), (even, odd)) in ends.iter_mut().zip(corrections).zip(evens.zip(odds)) {
+                    let ([end_even, end_odd], [correction_even, correction_odd]) = (end, correction);
+                    correct(*even.0, *even.1, end_even, correction_even);
+                    correct(*odd.0, *odd.1, end_odd, correction_odd);
                 }
-                if let ([end], [velocity]) = (ends_rest, velocities_rest) {
-                    correct(x[even + pairs], d[even + pairs], end, velocity);
+                if let ([end], [correction]) = (ends_rest, corrections_rest) {
+                    correct(x[even + pairs], d[even + pairs], end, correction);
                 }
             }
         }

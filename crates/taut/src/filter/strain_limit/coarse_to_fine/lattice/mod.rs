@@ -174,8 +174,8 @@ impl Hierarchy for LatticeLevels {
         Motion { d, weights: w }
     }
 
-    fn store(&self, step: f32, _: &Vectors, ends: &mut Vectors, velocities: &mut Vectors) {
-        Arch::new().dispatch(Store { level: &self.levels[0], first: self.first, ends, velocities, rate: 1.0 / step });
+    fn store(&self, _: &Vectors, ends: &mut Vectors, corrections: &mut Vectors) {
+        Arch::new().dispatch(Store { level: &self.levels[0], first: self.first, ends, corrections });
     }
 }
 
