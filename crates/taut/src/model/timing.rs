@@ -38,13 +38,13 @@ pub(super) struct Rates {
 impl Rates {
     /// Of springs, bending and dampers; `drag` is the largest rate at which the air slows a particle [1/s].
     pub fn new(particles: &Particles, springs: &Springs, bending: &Bending, drag: f64) -> Self {
-        let largest = |constants| largest_rate(particles, springs, constants);
+        let largest = |constant: &dyn Fn(usize) -> f32| largest_rate(particles, springs, constant);
         // The largest eigenvalue of a sum is at most the sum of the largest ones.
         let bending = bending.largest_rate(particles);
         Self {
-            frequency_squared: largest(&springs.force_stiffness) + bending,
-            resolved: largest(&springs.stiffness) + bending,
-            damping: largest(&springs.damping),
+            frequency_squared: largest(&|spring| springs.force_stiffness[spring] + springs.steepest[spring]) + bending,
+            resolved: largest(&|spring| springs.stiffness[spring] + springs.steepest[spring]) + bending,
+            damping: largest(&|spring| springs.damping[spring]),
             drag,
         }
     }
@@ -126,19 +126,19 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
 /// More steps a frame than this are a mistake in the scene.
 const MOST_STEPS: f64 = 100_000.0;
 
-fn largest_rate(particles: &Particles, springs: &Springs, constants: &[f32]) -> f64 {
+fn largest_rate(particles: &Particles, springs: &Springs, constant: &dyn Fn(usize) -> f32) -> f64 {
     let mut sums = vec![0.0_f64; particles.mass.len()];
-    for (ends, &constant) in springs.ends.iter().zip(constants) {
+    for (spring, ends) in springs.ends.iter().enumerate() {
         for &end in ends {
-            sums[end as usize] += f64::from(constant);
+            sums[end as usize] += f64::from(constant(spring));
         }
     }
     let rate = |end: u32| sums[end as usize] * f64::from(particles.inverse_mass[end as usize]);
     springs
         .ends
         .iter()
-        .zip(constants)
-        .filter(|(_, constant)| **constant > 0.0)
-        .map(|(&[u, v], _)| rate(u) + rate(v))
+        .enumerate()
+        .filter(|(spring, _)| constant(*spring) > 0.0)
+        .map(|(_, &[u, v])| rate(u) + rate(v))
         .fold(0.0, f64::max)
 }

@@ -4,6 +4,7 @@
 //! (see [`schema`]); the doc comments below are the field reference that users read.
 
 mod cloth;
+mod curves;
 mod error;
 mod fabric;
 mod read;
@@ -16,6 +17,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use cloth::{Axis, BendingModel, Cloth, Grid, Network, PointMass, Source};
+pub use curves::{Curve, Curves};
 pub use error::SceneError;
 pub use fabric::{Fabric, Material};
 pub use selection::{Corner, Edge, Keyframe, Pin, Selector, Weight};

@@ -1,6 +1,8 @@
 //! Ranges: what is allowed, and what is allowed but suspicious.
 
-use super::{Cloth, Flow, FlowElement, FlowKind, Network, Pin, PointMass, Scene, SceneError, Selector, Source, Substeps, Wind};
+use super::{
+    Cloth, Flow, FlowElement, FlowKind, Network, Pin, PointMass, Scene, SceneError, Selector, Source, Substeps, Wind, curves,
+};
 
 type Check = Result<(), SceneError>;
 
@@ -22,6 +24,7 @@ pub(super) fn check(scene: &Scene) -> Check {
         check_wind(wind)?;
     }
     check_solver(scene)?;
+    curves::check_filter(scene)?;
     if scene.cloth.is_empty() {
         return Err(SceneError::at("cloth", "there is none; add a [[cloth]] with grid, mesh or network"));
     }
@@ -129,6 +132,7 @@ fn check_cloth(at: &str, cloth: &Cloth) -> Check {
     vector(&format!("{at}.rotate"), &cloth.rotate, 1e6, "[0, 0, 90]")?;
     vector(&format!("{at}.translate"), &cloth.translate, FARTHEST, "[0, 0, 1]")?;
     check_material(at, cloth)?;
+    curves::check(at, cloth)?;
     for (index, pin) in cloth.pins.iter().enumerate() {
         check_pin(&format!("{at}.pins[{index}]"), pin, cloth)?;
     }
