@@ -116,6 +116,8 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
             }),
             &["scene.solver.filter = \"xpbd\"", "cloth[0] has curves", "choose another filter"],
         ),
+        (grid(|s| s["cloth"][0]["bending"] = json!(-1)), &["cloth[0].bending = -1: must be in [0,", "try 1e-5 or \"fabric\""]),
+        (grid(|s| s["cloth"][0]["bending"] = json!("soft")), &["cloth[0].bending = \"soft\"", "expected \"fabric\" or a number"]),
         (grid(|s| s["cloth"][0]["density"] = json!(-1)), &["scene.cloth[0].density = -1: must be in (0,"]),
         (grid(|s| s["solver"]["substeps"] = json!("some")), &["scene.solver.substeps = \"some\"", "\"auto\" or a whole number"]),
         (

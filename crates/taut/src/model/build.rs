@@ -152,7 +152,7 @@ impl Assembly {
             self.curved_cloths.push(CurvedCloth { rows: curvatures, together, first: shift, curve });
             bends_along = rows;
         } else {
-            self.bends.extend(bending::pairs(&curvatures, cloth.bending).into_iter().map(moved));
+            self.bends.extend(bending::pairs(&curvatures, cloth.bending()).into_iter().map(moved));
         }
         if buckles(cloth) {
             let seeds = part.springs.iter().filter(|seed| seed.kind == SpringKind::Flexion);
@@ -166,7 +166,7 @@ impl Assembly {
                     (breadth, material.stiffness * breadth / rest)
                 };
                 // Springs two cells long overlap: each has half of the bending stiffness of its breadth of cloth.
-                let half = 0.5 * cloth.bending * breadth;
+                let half = 0.5 * cloth.bending() * breadth;
                 let [a, b] = seed.ends.map(|end| end + shift);
                 [(a, b), (b, a)].map(|(here, other)| (here, Buckling::new(other, rest, half, compression)))
             }));
@@ -204,7 +204,7 @@ impl Assembly {
             springs: 0..0,
             linked: false,
             curved: cloth.curves.as_ref().is_some_and(|curves| curves.tension.is_some() || curves.shear.is_some()),
-            bends: cloth.bending > 0.0 || bends_along > 0,
+            bends: cloth.bending() > 0.0 || bends_along > 0,
             curvatures: first_row..first_row + bends_along,
             lattice: None,
         });
@@ -288,7 +288,7 @@ impl Assembly {
 /// Second derivatives of a cloth that resists bending as a plate, in its size and place at rest.
 fn curvatures(cloth: &Cloth, part: &Part) -> Vec<Row> {
     let along_curve = cloth.curves.as_ref().is_some_and(|curves| curves.bending.is_some());
-    if !along_curve && (cloth.bending == 0.0 || cloth.bending_model != BendingModel::Quadratic) {
+    if !along_curve && (cloth.bending() == 0.0 || cloth.bending_model != BendingModel::Quadratic) {
         return Vec::new();
     }
     if let Some(grid) = &cloth.grid {
@@ -304,7 +304,7 @@ fn curvatures(cloth: &Cloth, part: &Part) -> Vec<Row> {
 
 /// Whether the cloth buckles at once under compression.
 fn buckles(cloth: &Cloth) -> bool {
-    cloth.bending > 0.0 && cloth.bending_model == BendingModel::ChoiKo
+    cloth.bending() > 0.0 && cloth.bending_model == BendingModel::ChoiKo
 }
 
 fn arrays(list: &[Spring], curves: &[Curve], filter: FilterKind) -> Springs {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Curves, Fabric, Material, Pin, Weight};
+use super::{Bending, BendingModel, Curves, Fabric, Material, Pin, Weight};
 
 /// One cloth: exactly one of `grid`, `mesh`, `network`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -45,8 +45,8 @@ pub struct Cloth {
     pub curves: Option<Curves>,
     /// k_s of each type 2 spring (two cells apart) [N/m]; 0 leaves them out, as the paper does.
     pub flexion_stiffness: f64,
-    /// Bending stiffness [N m], independent of resolution; in a network that of each line of links [N m^2]. 0 leaves bending out, as the paper does.
-    pub bending: f64,
+    /// Bending stiffness [N m], independent of resolution, or "fabric" for that of the preset; in a network that of each line of links [N m^2]. 0 leaves bending out, as the paper does.
+    pub bending: Bending,
     /// What `bending` means: "quadratic" (a thin plate, for droop and folds) or "choi_ko" (type 2 springs that buckle at once under compression).
     pub bending_model: BendingModel,
     /// The paper's k_D, relative-velocity damping along all springs [kg/s], independent of resolution like `stiffness`.
@@ -87,7 +87,7 @@ impl Default for Cloth {
             shear_stiffness: None,
             curves: None,
             flexion_stiffness: 0.0,
-            bending: 0.0,
+            bending: Bending::Given(0.0),
             bending_model: BendingModel::Quadratic,
             damping: None,
             air_drag: None,
@@ -98,16 +98,6 @@ impl Default for Cloth {
             weights: Vec::new(),
         }
     }
-}
-
-/// How a cloth resists bending.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum BendingModel {
-    /// A thin plate of Poisson's ratio 0 with a constant matrix (Bergou et al. 2006).
-    Quadratic,
-    /// Type 2 springs that push with the force of a buckled arc (Choi & Ko 2002).
-    ChoiKo,
 }
 
 /// Where the points of a cloth come from.
@@ -132,10 +122,13 @@ impl Cloth {
         given
     }
 
-    /// Whether `bending` makes it resist bending.
+    /// What `bending` says [N m]; in a network [N m^2].
     #[must_use]
-    pub fn bends(&self) -> bool {
-        self.bending > 0.0
+    pub fn bending(&self) -> f64 {
+        match self.bending {
+            Bending::Given(stiffness) => stiffness,
+            Bending::Fabric => self.fabric.bending(),
+        }
     }
 
     /// The fabric with this cloth's own values over the preset's.
@@ -162,6 +155,7 @@ impl Cloth {
     /// Writes the preset's values into the fields that were left out.
     pub(super) fn fill_in_material(&mut self) {
         let material = self.material();
+        self.bending = Bending::Given(self.bending());
         self.strain_limit = Some(material.strain_limit);
         self.density = Some(material.density);
         // What a curve says has no single number.

@@ -71,7 +71,9 @@ pub(super) fn check(at: &str, cloth: &Cloth) -> Result<(), SceneError> {
     match (cloth.stiffness, cloth.shear_stiffness) {
         (Some(_), _) if tension.is_some() => refuse("tension", "says what stiffness says; leave one of them out"),
         (_, Some(_)) if shear.is_some() => refuse("shear", "says what shear_stiffness says; leave one of them out"),
-        _ if bending.is_some() && cloth.bends() => refuse("bending", "says what cloth.bending says; leave one of them out"),
+        _ if bending.is_some() && cloth.bending() > 0.0 => {
+            refuse("bending", "says what cloth.bending says; leave one of them out")
+        }
         _ if bending.is_some() && cloth.bending_model == BendingModel::ChoiKo => {
             refuse("bending", "is for bending_model = \"quadratic\"; \"choi_ko\" needs one number, cloth.bending")
         }
