@@ -14,7 +14,8 @@ CURVE = [[0.0, 0.0], [0.04, 2.0], [0.06, 22.0], [0.1, 142.0]]
 
 
 def test_a_shadow_counts_once_what_lies_twice_and_nothing_that_stands_upright() -> None:
-    vertices, faces = disc_mesh(CLOTH, DISC, 5e-3)
+    vertices, faces, rim = disc_mesh(CLOTH, DISC, 5e-3)
+    assert DISC < rim < DISC + 5e-3
     ring = math.pi * (CLOTH**2 - DISC**2)
     assert shadow_area(vertices, faces, DISC) == pytest.approx(ring, rel=1e-3)
     twice = np.concatenate([vertices, vertices - [0, 0, 0.05]])

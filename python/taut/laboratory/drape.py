@@ -50,7 +50,7 @@ def drape(cloth: Mapping[str, Any], edge: float = 6e-3, seed: int = 1, threads: 
     Args:
         cloth: fields of a cloth's material, as in ``{"fabric": "wool", "bending": "fabric"}``.
         edge: length of the edges of the mesh [m].
-        seed: which dents the flat cloth starts with.
+        seed: of the mesh and of the dents that the flat cloth starts with.
         threads: worker threads [1]; all cores when left out.
 
     Raises:
@@ -59,9 +59,9 @@ def drape(cloth: Mapping[str, Any], edge: float = 6e-3, seed: int = 1, threads: 
     """
     if not 1e-3 <= edge <= 0.02:
         raise ValueError(f"edge = {edge}: must be 0.001 to 0.02 m; try 0.006")
-    vertices, faces = disc_mesh(CLOTH, DISC, edge)
+    vertices, faces, rim = disc_mesh(CLOTH, DISC, edge, seed)
     radius = np.hypot(vertices[:, 0], vertices[:, 1])
-    loose = radius > DISC + 1e-6
+    loose = radius > rim + 1e-6
     vertices[loose, 2] = UNEVEN * np.random.default_rng(seed).standard_normal(loose.sum())
     pins = [{"vertices": np.flatnonzero(~loose)}]
     document = {
@@ -75,8 +75,7 @@ def drape(cloth: Mapping[str, Any], edge: float = 6e-3, seed: int = 1, threads: 
         simulation.run(round(SECONDS * FPS))
         speed = float(np.linalg.norm(simulation.velocities, axis=1).max())
     positions = simulation.positions.copy()
-    hanging = faces[loose[faces].any(axis=1)]
-    shadow = shadow_area(positions, hanging, DISC) / (np.pi * (CLOTH**2 - DISC**2))
+    shadow = shadow_area(positions, faces, DISC) / (np.pi * (CLOTH**2 - DISC**2))
     return Drape(
         coefficient=100.0 * shadow,
         folds=folds(positions[np.isclose(radius, CLOTH)]),

@@ -70,8 +70,8 @@ impl Fabric {
     #[must_use]
     pub fn bending(self) -> f64 {
         match self {
-            Self::Silk => 3.1e-6,
-            Self::Cotton => 7.8e-6,
+            Self::Silk => 2.0e-6,
+            Self::Cotton => 1.1e-5,
             Self::Wool => 1.8e-5,
             Self::Denim => 6.0e-5,
             Self::Nylon => 6.2e-6,
