@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from taut import Scene, SceneError
 from taut.laboratory import drape, pull
-from taut.laboratory.drape import CLOTH, DISC, folds
+from taut.laboratory.cusick import CLOTH, DISC, folds
 from taut.laboratory.round import disc_mesh, shadow_area
 
 CURVE = [[0.0, 0.0], [0.04, 2.0], [0.06, 22.0], [0.1, 142.0]]

@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 UNDER = 2
 """Rings of vertices on the disc; what lies further in would not move."""
 TURN = 0.618034
-"""Each ring is turned against the one before by this part of a circle [1]: where their vertices come to lie on one
-line, the rings would put in six folds of their own."""
+"""Each ring is turned against the one before by this part of a circle [1]: where their vertices come to lie
+on one line, the rings would put in six folds of their own."""
 SCATTER = 0.15
 """Vertices between the rims are moved by up to this part of an edge, both ways [1]."""
 
 
-def disc_mesh(cloth: float, disc: float, edge: float, seed: int = 1) -> tuple[NDArray[np.float64], NDArray[np.int64], float]:
+def disc_mesh(
+    cloth: float, disc: float, edge: float, seed: int = 1
+) -> tuple[NDArray[np.float64], NDArray[np.int64], float]:
     """Triangulate a flat ring: what hangs over a disc, and a margin on it.
 
     The outermost vertices that are to be held lie half an edge beyond the rim. A fold between triangles is a
@@ -30,8 +32,8 @@ def disc_mesh(cloth: float, disc: float, edge: float, seed: int = 1) -> tuple[ND
         seed: which way vertices are moved off their rings.
 
     Returns:
-        Vertices [m], shape (vertices, 3), ring by ring, the outermost last; triangles, shape (faces, 3); and the
-        radius within which vertices are held [m].
+        Vertices [m], shape (vertices, 3), ring by ring, the outermost last; triangles, shape (faces, 3);
+        and the radius within which vertices are held [m].
     """
     rings = round((cloth - disc) / edge)
     step = (cloth - disc) / (rings + 0.5)

@@ -29,14 +29,14 @@ class Pull:
     force: NDArray[np.float64]
     """Force per width [N/m], shape (samples,): the slope of the stored energy."""
     limit: float | None
-    """Strain at which the strain limit stops the strip, whatever the force [1]; None if it was not reached."""
+    """Strain at which the strain limit stops it, whatever the force [1]; None if that was not reached."""
 
 
 def pull(cloth: Mapping[str, Any], furthest: float = 0.1, filter: str = "coarse_to_fine") -> Pull:
     """Pull one end of a strip of cloth along its warp while the other one is held.
 
     Args:
-        cloth: fields of a cloth's material, as in ``{"fabric": "wool"}`` or ``{"curves": {"tension": [..]}}``.
+        cloth: fields of a cloth's material: ``{"fabric": "wool"}``, ``{"curves": {"tension": [..]}}``.
         furthest: strain to pull it to [1]; a limit stops it before.
         filter: the strain limit, a value of ``solver.filter``.
 

@@ -71,9 +71,9 @@ impl Fabric {
     pub fn bending(self) -> f64 {
         match self {
             Self::Silk => 2.0e-6,
-            Self::Cotton => 1.1e-5,
+            Self::Cotton => 1.3e-5,
             Self::Wool => 1.8e-5,
-            Self::Denim => 6.0e-5,
+            Self::Denim => 6.4e-5,
             Self::Nylon => 6.2e-6,
             Self::Leather => 3.9e-5,
         }

@@ -19,8 +19,9 @@ STILL = 2e-3
 """Speed of the fastest vertex below which the cloth is at rest [m/s]."""
 SECONDS, LONGEST = 0.5, 12.0
 """The cloth is looked at after every so many seconds, and no longer than that [s]."""
-UNEVEN = 5e-5
-"""Height of the random dents that the flat cloth starts with [m]; without any it would hang like a cone."""
+WAVES, HEIGHT = range(2, 9), 2e-3
+"""No cloth lies quite flat: it starts with random waves, so many round the disc, so high at the edge [m]. From
+a flat start the waves win that grow fastest, 9 or 10 of them, where laboratories count 4 to 8 folds."""
 FPS = 60.0
 
 
@@ -50,7 +51,7 @@ def drape(cloth: Mapping[str, Any], edge: float = 6e-3, seed: int = 1, threads: 
     Args:
         cloth: fields of a cloth's material, as in ``{"fabric": "wool", "bending": "fabric"}``.
         edge: length of the edges of the mesh [m].
-        seed: of the mesh and of the dents that the flat cloth starts with.
+        seed: of the mesh and of the waves that the cloth starts with.
         threads: worker threads [1]; all cores when left out.
 
     Raises:
@@ -62,7 +63,7 @@ def drape(cloth: Mapping[str, Any], edge: float = 6e-3, seed: int = 1, threads: 
     vertices, faces, rim = disc_mesh(CLOTH, DISC, edge, seed)
     radius = np.hypot(vertices[:, 0], vertices[:, 1])
     loose = radius > rim + 1e-6
-    vertices[loose, 2] = UNEVEN * np.random.default_rng(seed).standard_normal(loose.sum())
+    vertices[:, 2] = waves(vertices, rim, seed)
     pins = [{"vertices": np.flatnonzero(~loose)}]
     document = {
         "duration": LONGEST,
@@ -87,6 +88,17 @@ def drape(cloth: Mapping[str, Any], edge: float = 6e-3, seed: int = 1, threads: 
     )
 
 
+def waves(vertices: NDArray[np.float64], rim: float, seed: int) -> NDArray[np.float64]:
+    """Random waves that grow from the rim outwards: heights [m], shape (vertices,), whatever the mesh."""
+    random = np.random.default_rng(seed)
+    radius, angle = np.hypot(vertices[:, 0], vertices[:, 1]), np.arctan2(vertices[:, 1], vertices[:, 0])
+    height = np.zeros(len(vertices))
+    for count in WAVES:
+        size, phase = random.standard_normal(), random.uniform(0.0, 2.0 * np.pi)
+        height += HEIGHT / np.sqrt(len(WAVES)) * size * np.cos(count * angle + phase)
+    return height * np.clip((radius - rim) / (CLOTH - rim), 0.0, 1.0) ** 2
+
+
 def folds(edge: NDArray[np.floating[Any]]) -> int:
     """Count the waves of a closed line round the z axis.
 
@@ -99,6 +111,6 @@ def folds(edge: NDArray[np.floating[Any]]) -> int:
     margin = 0.1 * np.ptp(distance)
     if margin < 1e-4:
         return 0
-    side = np.where(distance > distance.mean() + margin, 1, 0) - np.where(distance < distance.mean() - margin, 1, 0)
-    sides = side[side != 0]
+    from_mean = distance - distance.mean()
+    sides = np.sign(from_mean[np.abs(from_mean) > margin])
     return int(np.count_nonzero(sides != np.roll(sides, 1))) // 2
