@@ -352,6 +352,16 @@ fn curves_work_with_every_filter_that_has_springs() {
 }
 
 #[test]
+fn a_single_triangle_does_not_bend_and_does_no_harm() {
+    let vertices = vec![[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]];
+    let mesh = MeshData { vertices, corners: vec![0, 1, 2], counts: vec![3] };
+    let cloth = json!({ "curves": { "bending": BENDING, "tension": TENSION }, "pins": [{ "vertices": [0] }] });
+    let mut run = Simulation::of(mesh_scene(json!({}), cloth, mesh));
+    assert!(run.steps(30).last.non_finite.is_none());
+    assert!(run.state.positions.z[1] < -0.01, "it does not fall");
+}
+
+#[test]
 fn curves_that_can_do_nothing_are_named() {
     let warned = |source: &str| {
         let model = sheet(source, [4, 4], [0.3, 0.3], &json!({ "shear": SHEAR }));

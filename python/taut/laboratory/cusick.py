@@ -20,8 +20,8 @@ STILL = 2e-3
 SECONDS, LONGEST = 0.5, 12.0
 """The cloth is looked at after every so many seconds, and no longer than that [s]."""
 WAVES, HEIGHT = range(2, 9), 2e-3
-"""No cloth lies quite flat: it starts with random waves, so many round the disc, so high at the edge [m]. From
-a flat start the waves win that grow fastest, 9 or 10 of them, where laboratories count 4 to 8 folds."""
+"""No cloth lies quite flat: it starts with random waves, so many round the disc, so high at the edge [m].
+From a flat start the waves win that grow fastest, 9 or 10 of them, where laboratories count 4 to 8 folds."""
 FPS = 60.0
 
 

@@ -38,13 +38,16 @@ pub(super) struct Rates {
 impl Rates {
     /// Of springs, bending and dampers; `drag` is the largest rate at which the air slows a particle [1/s].
     pub fn new(particles: &Particles, springs: &Springs, bending: &Bending, drag: f64) -> Self {
-        let largest = |constant: &dyn Fn(usize) -> f32| largest_rate(particles, springs, constant);
+        let largest = |constants: &[f32]| largest_rate(particles, springs, constants);
+        // A spring with a curve has a steepest slope and no k_s.
+        let with_curves =
+            |constants: &[f32]| constants.iter().zip(&springs.steepest).map(|(k, slope)| k + slope).collect::<Vec<f32>>();
         // The largest eigenvalue of a sum is at most the sum of the largest ones.
         let bending = bending.largest_rate(particles);
         Self {
-            frequency_squared: largest(&|spring| springs.force_stiffness[spring] + springs.steepest[spring]) + bending,
-            resolved: largest(&|spring| springs.stiffness[spring] + springs.steepest[spring]) + bending,
-            damping: largest(&|spring| springs.damping[spring]),
+            frequency_squared: largest(&with_curves(&springs.force_stiffness)) + bending,
+            resolved: largest(&with_curves(&springs.stiffness)) + bending,
+            damping: largest(&springs.damping),
             drag,
         }
     }
@@ -126,19 +129,19 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
 /// More steps a frame than this are a mistake in the scene.
 const MOST_STEPS: f64 = 100_000.0;
 
-fn largest_rate(particles: &Particles, springs: &Springs, constant: &dyn Fn(usize) -> f32) -> f64 {
+fn largest_rate(particles: &Particles, springs: &Springs, constants: &[f32]) -> f64 {
     let mut sums = vec![0.0_f64; particles.mass.len()];
-    for (spring, ends) in springs.ends.iter().enumerate() {
+    for (ends, &constant) in springs.ends.iter().zip(constants) {
         for &end in ends {
-            sums[end as usize] += f64::from(constant(spring));
+            sums[end as usize] += f64::from(constant);
         }
     }
     let rate = |end: u32| sums[end as usize] * f64::from(particles.inverse_mass[end as usize]);
     springs
         .ends
         .iter()
-        .enumerate()
-        .filter(|(spring, _)| constant(*spring) > 0.0)
-        .map(|(_, &[u, v])| rate(u) + rate(v))
+        .zip(constants)
+        .filter(|(_, constant)| **constant > 0.0)
+        .map(|(&[u, v], _)| rate(u) + rate(v))
         .fold(0.0, f64::max)
 }

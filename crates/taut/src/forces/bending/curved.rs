@@ -34,8 +34,8 @@ pub(super) fn pulls(curvatures: &Curvatures, cloth: &ClothRange, positions: &Vec
 #[inline]
 fn second_derivative(curvatures: &Curvatures, row: usize, positions: &Vectors) -> Vec3 {
     let shares = curvatures.particles.of(row);
-    let origin = positions.get(shares[0].index as usize);
-    // The weights add up to zero; distances are more exact than places.
+    // The weights add up to zero; distances are more exact than places. A triangle without neighbours has none.
+    let origin = shares.first().map_or(Vec3::ZERO, |share| positions.get(share.index as usize));
     shares.iter().fold(Vec3::ZERO, |sum, share| sum + (positions.get(share.index as usize) - origin) * share.weight)
 }
 
