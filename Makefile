@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind docs gallery wheel clean
+.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind drape docs gallery wheel clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built
@@ -74,6 +74,9 @@ figures: setup
 
 wind: setup
 	$(BIN)/python tools/wind.py
+
+drape: setup
+	$(BIN)/python tools/drape.py $(if $(ONLY),--only $(ONLY))
 
 clean:
 	rm -rf .venv target out

@@ -40,6 +40,7 @@ PACKAGE_RULES: dict[str, set[str]] = {
     "run": {"bench", "cli", "render"},
     "bench": {"cli", "cache", "render", "run"},
     "doctor": {"cli", "cache", "formats", "run"},
+    "laboratory": {"bench", "cli", "cache", "render", "formats", "run"},
 }
 
 LONGEST_FILE = 450

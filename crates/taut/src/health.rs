@@ -4,7 +4,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::filter::Limited;
-use crate::forces::{bending_energy, elastic_energy};
+use crate::forces::{bending_energy, curved_energy, elastic_energy};
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::Model;
 use crate::state::{State, measure};
@@ -95,7 +95,8 @@ struct SpringPart {
 struct ParticlePart {
     kinetic: f64,
     potential: f64,
-    bending: f64,
+    /// Of springs that follow curves, and of bending.
+    elastic: f64,
     non_finite: Option<u32>,
 }
 
@@ -129,7 +130,7 @@ pub fn inspect(model: &Model, state: &State, health: &mut Health, pool: &Pool) -
     for part in &health.particles {
         report.kinetic_energy += part.kinetic;
         report.potential_energy += part.potential;
-        report.elastic_energy += part.bending;
+        report.elastic_energy += part.elastic;
         report.non_finite = report.non_finite.or(part.non_finite);
     }
     report
@@ -169,7 +170,7 @@ fn particles_of(chunk: usize, model: &Model, state: &State) -> ParticlePart {
         if !(position.is_finite() && velocity.is_finite()) {
             part.non_finite = part.non_finite.or(Some(particle as u32));
         }
-        part.bending += bending_energy(model, &state.positions, particle);
+        part.elastic += curved_energy(model, &state.positions, particle) + bending_energy(model, &state.positions, particle);
         if particles.inverse_mass[particle] > 0.0 {
             let mass = f64::from(particles.mass[particle]);
             part.kinetic += 0.5 * mass * velocity.as_dvec3().length_squared();

@@ -74,14 +74,21 @@ fn rich_flag(cells: [u32; 2], bending: &str) -> Value {
         { "kind": "source", "centre": [-1.0, 0.0, 1.5], "flow": 3.0, "core": 0.2 },
     ]);
     scene["cloth"][0]["friction_coefficient"] = json!(0.01);
-    scene["cloth"][0]["bending"] = json!(1e-5);
-    scene["cloth"][0]["bending_model"] = json!(bending);
+    if bending == "curves" {
+        scene["cloth"][0]["curves"] = json!({
+            "tension": [[0, 0], [0.03, 0.6], [0.05, 8]], "shear": [[0, 0], [0.05, 0.3], [0.3, 0.9]],
+            "bending": [[0, 0], [5, 1e-4], [100, 1e-3]],
+        });
+    } else {
+        scene["cloth"][0]["bending"] = json!(1e-5);
+        scene["cloth"][0]["bending_model"] = json!(bending);
+    }
     scene
 }
 
 #[test]
-fn nor_do_they_with_bending_and_flows() {
-    for bending in ["quadratic", "choi_ko"] {
+fn nor_do_they_with_bending_curves_and_flows() {
+    for bending in ["quadratic", "choi_ko", "curves"] {
         let hash = |threads: usize| {
             let mut run = Simulation::on_threads(&rich_flag([144, 96], bending), threads);
             run.steps(15);

@@ -203,3 +203,21 @@ fn the_smallest_limits_are_no_reason_to_panic() {
         assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING, "{strain_limit}");
     }
 }
+
+#[test]
+fn a_cloth_may_lie_on_something_held_in_the_middle_of_it() {
+    // Held vertices whose neighbours are all held have no spring that could move: as a network, and so without a lattice.
+    let cells = 12;
+    let id = |i: u32, j: u32| j * (cells + 1) + i;
+    let places = (0..=cells).flat_map(|j| (0..=cells).map(move |i| (i, j)));
+    let points: Vec<[f64; 3]> = places.clone().map(|(i, j)| [0.1 * f64::from(i), 0.1 * f64::from(j), 0.0]).collect();
+    let along = places.clone().filter(|&(i, _)| i < cells).map(|(i, j)| [id(i, j), id(i + 1, j)]);
+    let across = places.filter(|&(_, j)| j < cells).map(|(i, j)| [id(i, j), id(i, j + 1)]);
+    let links: Vec<[u32; 2]> = along.chain(across).collect();
+    let mut net = network(&points, &links, 0.001);
+    net["pins"] = json!([{ "box": [[0.25, 0.25, -1.0], [0.95, 0.95, 1.0]] }]);
+    let mut run = Simulation::new(&scene_of(net, 2, "coarse_to_fine", 9.81));
+    run.steps(120);
+    assert!(worst(&run.model, &run.state) < 1.0 + ROUNDING);
+    assert!(run.state.positions.z[0] < -0.2, "its corner has not come down");
+}

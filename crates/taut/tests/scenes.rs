@@ -18,6 +18,10 @@ fn grid(change: impl FnOnce(&mut Value)) -> Value {
     scene
 }
 
+fn curves(curves: Value) -> Value {
+    grid(|s| s["cloth"][0]["curves"] = curves)
+}
+
 /// The error of reading or building.
 fn error(scene: &Value) -> String {
     let built = Scene::from_json(&scene.to_string()).and_then(|scene| Model::build(&scene, &BTreeMap::new()));
@@ -80,6 +84,40 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
             grid(|s| s["cloth"][0]["weights"] = json!([{ "vertices": [3], "mas": 1 }])),
             &["weights[0].mas: no such field; did you mean `mass`?"],
         ),
+        (curves(json!({ "tension": [[0, 0]] })), &["cloth[0].curves.tension: has 1 points; give 2 to 64"]),
+        (curves(json!({ "tension": [[0, 0.1], [1, 2]] })), &["curves.tension[0] = [0, 0.1]: a curve begins at [0, 0]"]),
+        (
+            curves(json!({ "tension": [[0, 0], [5, 20]] })),
+            &["curves.tension[1] = [5, 20]: the strain must increase", "at most 1"],
+        ),
+        (curves(json!({ "tension": [[0, 0], [0.1, 2], [0.1, 3]] })), &["curves.tension[2] = [0.1, 3]", "must increase"]),
+        (curves(json!({ "shear": [[0, 0], [0.1, 2], [0.2, 1]] })), &["curves.shear[2] = [0.2, 1]", "must not fall", "smooth"]),
+        (curves(json!({ "bending": [[0, 0], [9, 0]] })), &["curves.bending[1] = [9, 0]", "resists nothing"]),
+        (curves(json!({ "bendnig": [[0, 0], [9, 1]] })), &["curves.bendnig", "did you mean `bending`?"]),
+        (curves(json!({ "tension_weft": [[0, 0], [0.1, 2]] })), &["curves.tension_weft: needs tension"]),
+        (
+            grid(|s| {
+                s["cloth"][0]["curves"] = json!({ "tension": [[0, 0], [0.1, 2]] });
+                s["cloth"][0]["stiffness"] = json!(20);
+            }),
+            &["curves.tension: says what stiffness says; leave one of them out"],
+        ),
+        (
+            grid(|s| {
+                s["cloth"][0]["curves"] = json!({ "bending": [[0, 0], [10, 1e-4]] });
+                s["cloth"][0]["bending"] = json!(1e-5);
+            }),
+            &["curves.bending: says what cloth.bending says"],
+        ),
+        (
+            grid(|s| {
+                s["cloth"][0]["curves"] = json!({ "shear": [[0, 0], [0.1, 2]] });
+                s["solver"]["filter"] = json!("xpbd");
+            }),
+            &["scene.solver.filter = \"xpbd\"", "cloth[0] has curves", "choose another filter"],
+        ),
+        (grid(|s| s["cloth"][0]["bending"] = json!(-1)), &["cloth[0].bending = -1: must be in [0,", "try 1e-5 or \"fabric\""]),
+        (grid(|s| s["cloth"][0]["bending"] = json!("soft")), &["cloth[0].bending = \"soft\"", "expected \"fabric\" or a number"]),
         (grid(|s| s["cloth"][0]["density"] = json!(-1)), &["scene.cloth[0].density = -1: must be in (0,"]),
         (grid(|s| s["solver"]["substeps"] = json!("some")), &["scene.solver.substeps = \"some\"", "\"auto\" or a whole number"]),
         (

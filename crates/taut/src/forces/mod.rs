@@ -10,14 +10,14 @@ mod wind;
 
 use glam::Vec3;
 
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::state::State;
-use internal::{Damper, Impulse, Workspace};
+use internal::{Damper, Impulse, Workspace, curved_force};
 
 pub use bending::bending_energy;
-pub use internal::elastic_energy;
 pub(crate) use internal::{Hooke, RowConstants, Sums, Three, springs_of_row};
+pub use internal::{curved_energy, elastic_energy};
 
 /// Workspace and results.
 #[derive(Debug)]
@@ -29,6 +29,8 @@ pub struct Forces {
     dampers: Workspace,
     /// The stage of the damping before the last one [m/s].
     stage: Vectors,
+    /// What rows of second derivatives pull with where bending follows a curve [N m].
+    pulls: Vectors,
 }
 
 impl Forces {
@@ -42,6 +44,7 @@ impl Forces {
             springs: Workspace::new(Hooke, model),
             dampers: Workspace::new(Damper, model),
             stage: zeros(),
+            pulls: Vectors::zeros(model.bending.curved.len()),
         }
     }
 
@@ -79,10 +82,30 @@ pub fn kick(
     forces: &mut Forces,
     pool: &Pool,
 ) {
-    let Forces { acceleration, springs, .. } = forces;
+    let Forces { acceleration, springs, pulls, .. } = forces;
     let impulse = Impulse { field: positions, other: acceleration, out: velocities, keep: 1.0, add: step, scale: step };
     impulse.apply(Hooke, model, cloth, springs, pool);
-    bending::kick(model, cloth, positions, velocities, step, pool);
+    if cloth.curved {
+        gather(model, cloth, velocities, step, pool, |particle| curved_force(model, positions, particle));
+    }
+    if cloth.bends {
+        bending::prepare(model, cloth, positions, pulls, pool);
+        gather(model, cloth, velocities, step, pool, |particle| bending::force(model, positions, pulls, particle));
+    }
+}
+
+/// `V += F / M h` for a cloth, each particle asking for its force.
+fn gather(
+    model: &Model,
+    cloth: &ClothRange,
+    velocities: &mut Vectors,
+    step: f32,
+    pool: &Pool,
+    force: impl Fn(usize) -> Vec3 + Sync,
+) {
+    velocities.for_each_part(cloth.particles(), CHUNK, pool, |chunk| {
+        chunk.map(|particle, velocity| velocity + force(particle) * (step * model.particles.inverse_mass[particle]));
+    });
 }
 
 /// Dampers over a whole step: `V += F_D / M h` if one stage is stable, or as many stages of a Runge-Kutta-Legendre method

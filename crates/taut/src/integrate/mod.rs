@@ -66,7 +66,7 @@ pub fn propose(
     for cloth in &model.cloths {
         let particles = cloth.particles();
         match cloth.lattice {
-            Some(lattice) if !cloth.linked && !cloth.bends => {
+            Some(lattice) if !cloth.linked && !cloth.curved && !cloth.bends => {
                 let Integrator { before, parts, waves, .. } = integrator;
                 let (lattice, wave, before) = (&model.lattices[lattice], &mut waves[lattice], *before);
                 let acceleration = forces.acceleration();

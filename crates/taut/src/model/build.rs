@@ -5,11 +5,13 @@ use std::collections::BTreeMap;
 use glam::{DQuat, DVec3, EulerRot};
 use xxhash_rust::xxh3::Xxh3;
 
-use super::bending::Row;
+use super::bending::{CurvedCloth, Row};
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Air, Bend, Bending, Buckling, ClothRange, Lattice, Link, MeshData, Model, Panels, Particles, PinGroup, Resistance,
-    SpringKind, Springs, bending, grid, mesh, network, pins, reach, suits,
+    Adjacency, Air, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice, Link,
+    MeshData, Model, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
+    curve::CurvesOfCloth,
+    grid, mesh, network, pins, reach, suits,
     timing::{self, Rates},
     weights,
 };
@@ -26,11 +28,10 @@ impl Model {
     /// A mesh is missing or unusable, a pin matches nothing, pins are out of the cloth's reach, the step is over its bound.
     pub fn build(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Self, SceneError> {
         let mut assembly = Assembly { warnings: scene.warnings(), ..Assembly::default() };
-        let law = scene.wind.as_ref().map_or(WindLaw::Pressure, |wind| wind.law);
         for (index, cloth) in scene.cloth.iter().enumerate() {
             let at = format!("cloth[{index}]");
             let part = build_part(cloth, &at, meshes)?;
-            assembly.add(cloth, part, law, &at)?;
+            assembly.add(scene, cloth, part, &at)?;
         }
         assembly.finish(scene)
     }
@@ -69,6 +70,9 @@ struct Assembly {
     springs: Vec<Spring>,
     bends: Vec<([u32; 2], f64)>,
     buckling: Vec<(u32, Buckling)>,
+    /// The curves that springs follow, and the cloths that bend along one.
+    curves: Vec<Curve>,
+    curved_cloths: Vec<CurvedCloth>,
     pins: Vec<PinGroup>,
     /// Largest drag rate per unit of relative wind speed [1/m] and in still air [1/s].
     wind_rate: f64,
@@ -81,12 +85,14 @@ struct Spring {
     kind: SpringKind,
     rest: f64,
     stiffness: f64,
+    /// In place of the stiffness.
+    follows: Option<Follows>,
     damping: f64,
     strain_limit: f64,
 }
 
 impl Assembly {
-    fn add(&mut self, cloth: &Cloth, part: Part, law: WindLaw, at: &str) -> Result<(), SceneError> {
+    fn add(&mut self, scene: &Scene, cloth: &Cloth, part: Part, at: &str) -> Result<(), SceneError> {
         let first = self.particles.mass.len();
         if first + part.points.len() > MOST_PARTICLES {
             return Err(SceneError::at(at, format!("more than {MOST_PARTICLES} vertices in all")));
@@ -98,6 +104,7 @@ impl Assembly {
         let extra = weights::build(cloth, &part, at, held, &mut self.warnings)?;
         self.pins.extend(pins);
         let areas = part.areas();
+        let law = scene.wind.as_ref().map_or(WindLaw::Pressure, |wind| wind.law);
         let lift = if law == WindLaw::DragLift { material.lift_coefficient } else { 0.0 };
         let coefficient = material.drag_coefficient + lift + cloth.friction_coefficient;
         for (index, point) in part.points.iter().enumerate() {
@@ -134,7 +141,19 @@ impl Assembly {
         let shifted = |panel: &Panel| Panel { corners: panel.corners.map(|corner| corner + shift) };
         self.panels.extend(part.panels.iter().map(shifted));
         let moved = |([a, b], pull): ([u32; 2], f64)| ([a + shift, b + shift], pull);
-        self.bends.extend(bending::pairs(&curvatures(cloth, &part), cloth.bending).into_iter().map(moved));
+        let curvatures = curvatures(cloth, &part);
+        let rows = curvatures.len();
+        let first_row = self.curved_cloths.iter().map(|cloth| cloth.rows.len()).sum::<usize>();
+        let mut bends_along = 0;
+        if let Some(curve) = cloth.curves.as_ref().and_then(|curves| curves.bending.as_ref()) {
+            // The three second derivatives of a triangle together have no direction.
+            let together = if cloth.mesh.is_some() { 3 } else { 1 };
+            let curve = Curve::new(curve, f64::INFINITY, false);
+            self.curved_cloths.push(CurvedCloth { rows: curvatures, together, first: shift, curve });
+            bends_along = rows;
+        } else {
+            self.bends.extend(bending::pairs(&curvatures, cloth.bending()).into_iter().map(moved));
+        }
         if buckles(cloth) {
             let seeds = part.springs.iter().filter(|seed| seed.kind == SpringKind::Flexion);
             self.buckling.extend(seeds.flat_map(|seed| {
@@ -147,14 +166,21 @@ impl Assembly {
                     (breadth, material.stiffness * breadth / rest)
                 };
                 // Springs two cells long overlap: each has half of the bending stiffness of its breadth of cloth.
-                let half = 0.5 * cloth.bending * breadth;
+                let half = 0.5 * cloth.bending() * breadth;
                 let [a, b] = seed.ends.map(|end| end + shift);
                 [(a, b), (b, a)].map(|(here, other)| (here, Buckling::new(other, rest, half, compression)))
             }));
         }
+        let curves = CurvesOfCloth::new(cloth, scene.solver.filter, &mut self.curves);
+        if curves.shears() && part.springs.iter().all(|seed| seed.kind != SpringKind::Shear) {
+            let reason = "a mesh of triangles has no diagonals that could be sheared; its edges follow tension alone";
+            self.warnings.push(format!("scene.{at}.curves.shear has no effect: {reason}"));
+        }
         let kept = part.springs.iter().filter(|seed| seed.kind.is_type1() || cloth.flexion_stiffness > 0.0);
         self.springs.extend(kept.map(|seed| {
+            let follows = curves.of(seed, &part);
             let stiffness = match seed.kind {
+                _ if follows.is_some() => 0.0,
                 SpringKind::Structural => material.stiffness * seed.weight,
                 SpringKind::Shear => material.shear_stiffness * seed.weight,
                 SpringKind::Flexion => cloth.flexion_stiffness,
@@ -164,6 +190,7 @@ impl Assembly {
                 kind: seed.kind,
                 rest: part.rest_length(seed.ends),
                 stiffness,
+                follows,
                 damping: if seed.kind.is_type1() { material.damping * seed.weight } else { 0.0 },
                 strain_limit: if seed.kind.is_type1() { material.strain_limit } else { f64::INFINITY },
             }
@@ -176,7 +203,9 @@ impl Assembly {
             count,
             springs: 0..0,
             linked: false,
-            bends: cloth.bending > 0.0,
+            curved: cloth.curves.as_ref().is_some_and(|curves| curves.tension.is_some() || curves.shear.is_some()),
+            bends: cloth.bending() > 0.0 || bends_along > 0,
+            curvatures: first_row..first_row + bends_along,
             lattice: None,
         });
         Ok(())
@@ -191,11 +220,15 @@ impl Assembly {
         // Type 1 first: filters and reports walk over a prefix.
         self.springs.sort_by_key(|spring| !spring.kind.is_type1());
         let count = self.particles.mass.len();
-        let springs = arrays(&self.springs, scene.solver.filter);
+        let springs = arrays(&self.springs, &self.curves, scene.solver.filter);
         reach::check(&self.pins, &springs, count)?;
         let air = scene.wind.as_ref().map(Air::new);
         let wind = air.as_ref().map_or(0.0, |air| f64::from(air.density) * air.greatest_speed * self.wind_rate);
-        let bending = resistance(count, &self.bends, self.buckling);
+        let bending = Bending {
+            quadratic: Bend::both_ways(count, &self.bends),
+            buckling: Adjacency::new(count, self.buckling.into_iter()),
+            curved: Curvatures::new(&self.particles, self.curved_cloths),
+        };
         let timing = timing::timing(scene, Rates::new(&self.particles, &springs, &bending, self.drag_rate + wind))?;
         let around =
             (0..).zip(&self.panels).flat_map(|(index, panel)| panel.distinct().iter().map(move |&corner| (corner, index)));
@@ -221,9 +254,16 @@ impl Assembly {
             [(a, b), (b, a)].map(|(here, other)| (here, Link { other, rest, stiffness, damping }))
         });
         let links = Adjacency::new(count, both_ways);
+        let follow = |spring: &Spring| spring.follows.filter(|_| !spring.kind.is_left_to(scene.solver.filter));
+        let curved = self.springs.iter().filter_map(|spring| follow(spring).map(|follows| (spring, follows)));
+        let both_ways = curved.flat_map(|(&Spring { ends: [a, b], rest, .. }, follows)| {
+            [(a, b), (b, a)].map(|(here, other)| (here, CurvedLink { other, rest: rest as f32, follows }))
+        });
+        let curved = CurvedSprings { links: Adjacency::new(count, both_ways), curves: self.curves };
         Ok(Model {
             lattices,
             links,
+            curved,
             bending,
             fingerprint: fingerprint(scene, &self.particles.rest, &springs),
             panels: Panels {
@@ -247,7 +287,8 @@ impl Assembly {
 
 /// Second derivatives of a cloth that resists bending as a plate, in its size and place at rest.
 fn curvatures(cloth: &Cloth, part: &Part) -> Vec<Row> {
-    if cloth.bending == 0.0 || cloth.bending_model != BendingModel::Quadratic {
+    let along_curve = cloth.curves.as_ref().is_some_and(|curves| curves.bending.is_some());
+    if !along_curve && (cloth.bending() == 0.0 || cloth.bending_model != BendingModel::Quadratic) {
         return Vec::new();
     }
     if let Some(grid) = &cloth.grid {
@@ -263,18 +304,14 @@ fn curvatures(cloth: &Cloth, part: &Part) -> Vec<Row> {
 
 /// Whether the cloth buckles at once under compression.
 fn buckles(cloth: &Cloth) -> bool {
-    cloth.bending > 0.0 && cloth.bending_model == BendingModel::ChoiKo
+    cloth.bending() > 0.0 && cloth.bending_model == BendingModel::ChoiKo
 }
 
-fn resistance(count: usize, bends: &[([u32; 2], f64)], buckling: Vec<(u32, Buckling)>) -> Bending {
-    let both_ways = bends.iter().flat_map(|&([a, b], pull)| {
-        let weight = pull as f32;
-        [(a, Bend { other: b, weight }), (b, Bend { other: a, weight })]
-    });
-    Bending { quadratic: Adjacency::new(count, both_ways), buckling: Adjacency::new(count, buckling.into_iter()) }
-}
-
-fn arrays(list: &[Spring], filter: FilterKind) -> Springs {
+fn arrays(list: &[Spring], curves: &[Curve], filter: FilterKind) -> Springs {
+    let steepest = |spring: &Spring| {
+        let slope = |follows: Follows| follows.steepest(&curves[follows.curve as usize], spring.rest);
+        if spring.kind.is_left_to(filter) { 0.0 } else { spring.follows.map_or(0.0, slope) as f32 }
+    };
     let unless = |left_out: bool, stiffness: f64| if left_out { 0.0 } else { stiffness as f32 };
     Springs {
         ends: list.iter().map(|spring| spring.ends).collect(),
@@ -282,6 +319,7 @@ fn arrays(list: &[Spring], filter: FilterKind) -> Springs {
         rest: list.iter().map(|spring| spring.rest as f32).collect(),
         stiffness: list.iter().map(|spring| unless(spring.kind.is_rod(filter), spring.stiffness)).collect(),
         force_stiffness: list.iter().map(|spring| unless(spring.kind.is_left_to(filter), spring.stiffness)).collect(),
+        steepest: list.iter().map(steepest).collect(),
         damping: list.iter().map(|spring| spring.damping as f32).collect(),
         strain_limit: list.iter().map(|spring| spring.strain_limit as f32).collect(),
         type1: list.iter().filter(|spring| spring.kind.is_type1()).count(),

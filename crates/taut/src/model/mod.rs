@@ -4,6 +4,7 @@ mod adjacency;
 mod air;
 mod bending;
 mod build;
+mod curve;
 mod flow;
 mod grid;
 mod lattice;
@@ -25,7 +26,8 @@ use glam::Vec3;
 
 pub use adjacency::Adjacency;
 pub use air::{Air, Wave};
-pub use bending::{Bend, Bending, Buckling};
+pub use bending::{Bend, Bending, Buckling, Curvatures, Share};
+pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
 pub use flow::{Flows, Outflow, Vortex};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
@@ -46,6 +48,8 @@ pub struct Model {
     pub springs: Springs,
     /// The springs of each particle that are not in a lattice.
     pub links: Adjacency<Link>,
+    /// The springs that follow measured curves, of all particles.
+    pub curved: CurvedSprings,
     /// What resists bending.
     pub bending: Bending,
     /// The triangles of all cloths, as they are shown: particles counter-clockwise seen from the front.
@@ -83,8 +87,12 @@ pub struct ClothRange {
     pub springs: Range<usize>,
     /// Whether its particles have springs that are not in a lattice.
     pub linked: bool,
+    /// Whether springs of it follow measured curves.
+    pub curved: bool,
     /// Whether it resists bending.
     pub bends: bool,
+    /// Its rows of second derivatives, if their moment follows a curve.
+    pub curvatures: Range<usize>,
     /// Which of the model's lattices it is, if it is a grid.
     pub lattice: Option<usize>,
 }

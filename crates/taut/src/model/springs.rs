@@ -47,6 +47,8 @@ pub struct Springs {
     pub stiffness: Vec<f32>,
     /// k_s of the force [N/m]: 0 where the filter does the spring's work.
     pub force_stiffness: Vec<f32>,
+    /// Of a spring that follows a curve, which has no k_s: no slope of its force by its length is larger [N/m].
+    pub steepest: Vec<f32>,
     /// k_D [kg/s].
     pub damping: Vec<f32>,
     /// lambda [1]; infinite for type 2.

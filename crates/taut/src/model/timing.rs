@@ -44,12 +44,15 @@ pub(super) struct Rates {
 impl Rates {
     /// Of springs, bending and dampers; `drag` is the largest rate at which the air slows a particle [1/s].
     pub fn new(particles: &Particles, springs: &Springs, bending: &Bending, drag: f64) -> Self {
-        let largest = |constants| largest_rate(particles, springs, constants);
+        let largest = |constants: &[f32]| largest_rate(particles, springs, constants);
+        // A spring with a curve has a steepest slope and no k_s.
+        let with_curves =
+            |constants: &[f32]| constants.iter().zip(&springs.steepest).map(|(k, slope)| k + slope).collect::<Vec<f32>>();
         // The largest eigenvalue of a sum is at most the sum of the largest ones.
         let bending = bending.largest_rate(particles);
         Self {
-            frequency_squared: largest(&springs.force_stiffness) + bending,
-            resolved: largest(&springs.stiffness) + bending,
+            frequency_squared: largest(&with_curves(&springs.force_stiffness)) + bending,
+            resolved: largest(&with_curves(&springs.stiffness)) + bending,
             damping: largest(&springs.damping),
             drag,
         }

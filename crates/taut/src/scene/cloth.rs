@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Fabric, Material, Pin, Weight};
+use super::{Bending, BendingModel, Curves, Fabric, Material, Pin, Weight};
 
 /// One cloth: exactly one of `grid`, `mesh`, `network`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -28,7 +28,7 @@ pub struct Cloth {
     pub translate: [f64; 3],
     /// Preset for everything below; "cotton" when left out.
     pub fabric: Fabric,
-    /// The paper's lambda: no spring may grow beyond (1 + strain_limit) of its rest length [1].
+    /// The paper's lambda: no spring may grow beyond (1 + strain_limit) of its rest length [1]; the knee of the curve of tension where one is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strain_limit: Option<f64>,
     /// Mass per area [kg/m^2].
@@ -40,10 +40,13 @@ pub struct Cloth {
     /// The same for the shear springs (diagonals) [N/m].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_stiffness: Option<f64>,
+    /// Measured curves in place of `stiffness`, `shear_stiffness` and `bending`; none when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub curves: Option<Curves>,
     /// k_s of each type 2 spring (two cells apart) [N/m]; 0 leaves them out, as the paper does.
     pub flexion_stiffness: f64,
-    /// Bending stiffness [N m], independent of resolution; in a network that of each line of links [N m^2]. 0 leaves bending out, as the paper does.
-    pub bending: f64,
+    /// Bending stiffness [N m], independent of resolution, or "fabric" for that of the preset; in a network that of each line of links [N m^2]. 0 leaves bending out, as the paper does.
+    pub bending: Bending,
     /// What `bending` means: "quadratic" (a thin plate, for droop and folds) or "choi_ko" (type 2 springs that buckle at once under compression).
     pub bending_model: BendingModel,
     /// The paper's k_D, relative-velocity damping along all springs [kg/s], independent of resolution like `stiffness`.
@@ -82,8 +85,9 @@ impl Default for Cloth {
             density: None,
             stiffness: None,
             shear_stiffness: None,
+            curves: None,
             flexion_stiffness: 0.0,
-            bending: 0.0,
+            bending: Bending::Given(0.0),
             bending_model: BendingModel::Quadratic,
             damping: None,
             air_drag: None,
@@ -94,16 +98,6 @@ impl Default for Cloth {
             weights: Vec::new(),
         }
     }
-}
-
-/// How a cloth resists bending.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum BendingModel {
-    /// A thin plate of Poisson's ratio 0 with a constant matrix (Bergou et al. 2006).
-    Quadratic,
-    /// Type 2 springs that push with the force of a buckled arc (Choi & Ko 2002).
-    ChoiKo,
 }
 
 /// Where the points of a cloth come from.
@@ -128,6 +122,15 @@ impl Cloth {
         given
     }
 
+    /// What `bending` says [N m]; in a network [N m^2].
+    #[must_use]
+    pub fn bending(&self) -> f64 {
+        match self.bending {
+            Bending::Given(stiffness) => stiffness,
+            Bending::Fabric => self.fabric.bending(),
+        }
+    }
+
     /// The fabric with this cloth's own values over the preset's.
     #[must_use]
     pub fn material(&self) -> Material {
@@ -136,8 +139,9 @@ impl Cloth {
         // A stiffness given alone speaks for the shear springs too: the paper has a single k_s.
         let shear_preset = if self.stiffness.is_some() { stiffness } else { preset.shear_stiffness };
         let drag_coefficient = self.drag_coefficient.unwrap_or(preset.drag_coefficient);
+        let knee = self.curves.as_ref().and_then(Curves::knee);
         Material {
-            strain_limit: self.strain_limit.unwrap_or(preset.strain_limit),
+            strain_limit: self.strain_limit.or(knee).unwrap_or(preset.strain_limit),
             density: self.density.unwrap_or(preset.density),
             stiffness,
             shear_stiffness: self.shear_stiffness.unwrap_or(shear_preset),
@@ -151,10 +155,13 @@ impl Cloth {
     /// Writes the preset's values into the fields that were left out.
     pub(super) fn fill_in_material(&mut self) {
         let material = self.material();
+        self.bending = Bending::Given(self.bending());
         self.strain_limit = Some(material.strain_limit);
         self.density = Some(material.density);
-        self.stiffness = Some(material.stiffness);
-        self.shear_stiffness = Some(material.shear_stiffness);
+        // What a curve says has no single number.
+        let curves = self.curves.as_ref();
+        self.stiffness = Some(material.stiffness).filter(|_| curves.is_none_or(|curves| curves.tension.is_none()));
+        self.shear_stiffness = Some(material.shear_stiffness).filter(|_| curves.is_none_or(|curves| curves.shear.is_none()));
         self.damping = Some(material.damping);
         self.air_drag = Some(material.air_drag);
         self.drag_coefficient = Some(material.drag_coefficient);

@@ -66,6 +66,19 @@ impl Fabric {
         }
     }
 
+    /// Bending stiffness [N m], which `bending = "fabric"` takes.
+    #[must_use]
+    pub fn bending(self) -> f64 {
+        match self {
+            Self::Silk => 2.0e-6,
+            Self::Cotton => 1.3e-5,
+            Self::Wool => 1.8e-5,
+            Self::Denim => 6.4e-5,
+            Self::Nylon => 6.2e-6,
+            Self::Leather => 3.9e-5,
+        }
+    }
+
     /// Area densities at which such a fabric is sold [kg/m^2]; outside them a scene gets a warning.
     #[must_use]
     pub fn usual_density(self) -> (f64, f64) {

@@ -3,7 +3,9 @@
 //! This is the one definition of a scene. Files, Python and the documentation derive from it
 //! (see [`schema`]); the doc comments below are the field reference that users read.
 
+mod bending;
 mod cloth;
+mod curves;
 mod error;
 mod fabric;
 mod read;
@@ -15,7 +17,9 @@ mod wind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use cloth::{Axis, BendingModel, Cloth, Grid, Network, PointMass, Source};
+pub use bending::{Bending, BendingModel};
+pub use cloth::{Axis, Cloth, Grid, Network, PointMass, Source};
+pub use curves::{Curve, Curves};
 pub use error::SceneError;
 pub use fabric::{Fabric, Material};
 pub use selection::{Corner, Edge, Keyframe, Pin, Selector, Weight};

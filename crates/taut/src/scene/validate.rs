@@ -1,6 +1,9 @@
 //! Ranges: what is allowed, and what is allowed but suspicious.
 
-use super::{Cloth, Flow, FlowElement, FlowKind, Network, Pin, PointMass, Scene, SceneError, Selector, Source, Substeps, Wind};
+use super::{
+    Bending, Cloth, Flow, FlowElement, FlowKind, Network, Pin, PointMass, Scene, SceneError, Selector, Source, Substeps, Wind,
+    curves,
+};
 
 type Check = Result<(), SceneError>;
 
@@ -22,6 +25,7 @@ pub(super) fn check(scene: &Scene) -> Check {
         check_wind(wind)?;
     }
     check_solver(scene)?;
+    curves::check_filter(scene)?;
     if scene.cloth.is_empty() {
         return Err(SceneError::at("cloth", "there is none; add a [[cloth]] with grid, mesh or network"));
     }
@@ -128,6 +132,7 @@ fn check_cloth(at: &str, cloth: &Cloth) -> Check {
     above_zero(&format!("{at}.scale"), cloth.scale, 1e6, "1.0")?;
     vector(&format!("{at}.rotate"), &cloth.rotate, 1e6, "[0, 0, 90]")?;
     vector(&format!("{at}.translate"), &cloth.translate, FARTHEST, "[0, 0, 1]")?;
+    curves::check(at, cloth)?;
     check_material(at, cloth)?;
     for (index, pin) in cloth.pins.iter().enumerate() {
         check_pin(&format!("{at}.pins[{index}]"), pin, cloth)?;
@@ -149,7 +154,11 @@ fn check_material(at: &str, cloth: &Cloth) -> Check {
     within(&format!("{at}.stiffness"), material.stiffness, 0.0, 1e9, "20")?;
     within(&format!("{at}.shear_stiffness"), material.shear_stiffness, 0.0, 1e9, "10")?;
     within(&format!("{at}.flexion_stiffness"), cloth.flexion_stiffness, 0.0, 1e9, "0")?;
-    within(&format!("{at}.bending"), cloth.bending, 0.0, 1e6, "1e-5")?;
+    if cloth.bending == Bending::Fabric && cloth.network.is_some() {
+        let problem = "a network has no breadth that the fabric's stiffness could count for; give a number [N m^2]";
+        return Err(SceneError::with_value(format!("{at}.bending"), "\"fabric\"", problem));
+    }
+    within(&format!("{at}.bending"), cloth.bending(), 0.0, 1e6, "1e-5 or \"fabric\"")?;
     within(&format!("{at}.damping"), material.damping, 0.0, 1e6, "0.005")?;
     within(&format!("{at}.air_drag"), material.air_drag, 0.0, 1e6, "0.1")?;
     within(&format!("{at}.drag_coefficient"), material.drag_coefficient, 0.0, 1e3, "1.2")?;

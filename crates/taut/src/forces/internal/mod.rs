@@ -2,6 +2,7 @@
 //!
 //! A regular grid is walked over row by row with vector instructions; what is not in a grid gathers along lists of links.
 
+mod curve;
 mod damping;
 mod lattice;
 mod law;
@@ -12,6 +13,8 @@ mod spring;
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
 
+pub use curve::curved_energy;
+pub(super) use curve::force as curved_force;
 pub(super) use law::Damper;
 pub(crate) use law::Hooke;
 use law::Law;

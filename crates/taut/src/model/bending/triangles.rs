@@ -17,6 +17,9 @@ use glam::{DVec2, DVec3};
 
 use super::Row;
 
+/// A sum over vertices.
+type Weights = Vec<(u32, f64)>;
+
 /// The triangles on each edge, and their vertices opposite to it.
 type Sides = BTreeMap<[u32; 2], Vec<u32>>;
 
@@ -38,7 +41,7 @@ fn second_derivatives([a, b, c]: [u32; 3], points: &[DVec3], sides: &Sides) -> [
     let normal = side.cross(other).normalize();
     let (s, t) = (side.normalize(), normal.cross(side.normalize()));
     let area = 0.5 * side.cross(other).length();
-    let mut folds: Vec<(Row, DVec3)> = Vec::new();
+    let mut folds: Vec<(Weights, DVec3)> = Vec::new();
     let mut free: Vec<DVec3> = Vec::new();
     for [p, q, own] in [[a, b, c], [b, c, a], [c, a, b]] {
         let edge = at(q) - at(p);
@@ -52,17 +55,17 @@ fn second_derivatives([a, b, c]: [u32; 3], points: &[DVec3], sides: &Sides) -> [
         }
     }
     let folds = folds.into_iter().map(|(fold, direction)| (fold, without(direction, &free)));
-    let mut rows = [Row::new(), Row::new(), Row::new()];
+    let mut rows = [(); 3].map(|()| Row { weights: Weights::new(), area });
     for (fold, direction) in folds {
         for (row, part) in rows.iter_mut().zip(direction.to_array()) {
-            fold.iter().for_each(|&(vertex, weight)| add(row, vertex, weight * part));
+            fold.iter().for_each(|&(vertex, weight)| add(&mut row.weights, vertex, weight * part));
         }
     }
     rows
 }
 
 /// The slope across an edge in its middle less that on the side of `own`, as a sum over four vertices [1/m].
-fn fold([p, q]: [u32; 2], own: u32, other: u32, points: &[DVec3]) -> Row {
+fn fold([p, q]: [u32; 2], own: u32, other: u32, points: &[DVec3]) -> Weights {
     let at = |vertex: u32| points[vertex as usize];
     let edge = at(q) - at(p);
     let measure = |vertex: u32| {
@@ -86,7 +89,7 @@ fn without(vector: DVec3, others: &[DVec3]) -> DVec3 {
     axes.iter().fold(vector, |rest, axis| rest - *axis * rest.dot(*axis))
 }
 
-fn add(row: &mut Row, vertex: u32, weight: f64) {
+fn add(row: &mut Weights, vertex: u32, weight: f64) {
     match row.iter_mut().find(|(other, _)| *other == vertex) {
         Some((_, sum)) => *sum += weight,
         None => row.push((vertex, weight)),

@@ -86,6 +86,8 @@ impl Choice {
             if covered[index as usize] {
                 return;
             }
+            // Of itself, too, where it reaches nothing: among held particles, which no spring of the level joins.
+            covered[index as usize] = true;
             let reach = REACH * spacing[index as usize];
             search.run(cloth.surface, fine.nodes[index as usize], LONGEST * reach, most);
             let on_level = search.reached.iter().filter(|&&node| place[node as usize] != NONE);
@@ -94,7 +96,7 @@ impl Choice {
             for &(other, distance) in &list {
                 if distance < reach {
                     covered[other as usize] = true;
-                } else {
+                } else if other != index {
                     front.push_back(other);
                 }
             }
