@@ -81,15 +81,20 @@ fn external_at(model: &Model, moment: Moment<'_>, forces: &mut Forces, pool: &Po
 
 /// All forces at one moment: (F_INT + F_EXT) / M.
 pub fn all(model: &Model, moment: Moment<'_>, forces: &mut Forces, pool: &Pool) {
-    external_at(model, moment, forces, pool);
+    inside_and_outside(model, moment, moment, forces, pool);
+}
+
+/// F_INT at one moment and F_EXT at another: their sum / M.
+pub fn inside_and_outside(model: &Model, inside: Moment<'_>, outside: Moment<'_>, forces: &mut Forces, pool: &Pool) {
+    external_at(model, outside, forces, pool);
     let mut sum = std::mem::take(&mut forces.stage);
     for column in [&mut sum.x, &mut sum.y, &mut sum.z] {
         column.fill(0.0);
     }
     for cloth in &model.cloths {
         // What velocities gain in one second.
-        kick(model, cloth, moment.positions, &mut sum, 1.0, forces, pool);
-        let (field, other) = (moment.velocities, moment.velocities);
+        kick(model, cloth, inside.positions, &mut sum, 1.0, forces, pool);
+        let (field, other) = (inside.velocities, inside.velocities);
         let impulse = Impulse { field, other, out: &mut sum, keep: 1.0, add: 0.0, scale: 1.0 };
         impulse.apply(Damper, model, cloth, &mut forces.dampers, pool);
     }

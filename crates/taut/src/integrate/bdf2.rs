@@ -5,12 +5,12 @@
 //! damps much less than backward Euler what is slower than the step. D and E are part of the state; without them (both zero: at
 //! the start, or where a state was set) a step is one of backward Euler, `V' = V + F(X', V') h / M`, `X' = X + V' h`.
 //!
-//! *Where the forces are linear.* Around what the last step points to, V + E and X + D / 3 + (V + E) b, at the end of the step.
-//! Choi & Ko take the beginning. That needs exact derivatives for order 2; here they may be anything (those of compressed springs
-//! are not exact, those of the wind are left out), since what is extrapolated is off by h^2 only.
+//! *Where the forces are linear.* Springs, bending and dampers around the beginning of the step, as in the paper. That needs exact
+//! derivatives for order 2, and those of compressed springs are not. (Around what the last step points to, inexact ones would do,
+//! but stiff cloth in long steps then gains energy.) What acts from outside is taken where the last step points to.
 //!
-//! *Filters.* E is what forces added: a velocity that a filter has changed is taken to have always been that much less.
-//! A plain V - V_before would carry a third of every stop into the next step, as a bounce.
+//! *Filters.* E is what forces added. A plain V - V_before would carry a third of what a filter stops into the next step, as a
+//! bounce.
 
 use super::{LinearSystem, Method, Step};
 use crate::forces::{self, Forces};
@@ -21,7 +21,7 @@ use crate::state::{Moment, Past, State};
 /// A linear system for each cloth.
 pub(super) struct Bdf2 {
     systems: Vec<LinearSystem>,
-    /// Where forces are linear around: X and V [m], [m/s].
+    /// Where the last step points to, X and V, and what is left to remember of the step [m], [m/s].
     positions: Vectors,
     velocities: Vectors,
 }
@@ -50,33 +50,28 @@ impl Method for Bdf2 {
             Weights { last: 1.0 / 3.0, reach: 2.0 / 3.0 * length }
         };
         let State { positions, velocities, past: Past { displacements, gains }, .. } = state;
-        // X + D / 3, from where b V' leads to the end of the step.
+        let Self { systems, positions: ahead, velocities: drift } = self;
+        // Where the last step points to.
+        ahead.set_scaled(all.clone(), positions, velocities, length as f32, pool);
+        drift.set_scaled(all.clone(), velocities, gains, 1.0, pool);
+        let outside = Moment { positions: ahead, velocities: drift, time: start + length };
+        forces::inside_and_outside(model, Moment { positions, velocities, time: start }, outside, forces, pool);
+        // (D / 3 + V b) / b: how fast everything would go on.
+        drift.set_scaled(all.clone(), velocities, displacements, weights.last / weights.reach as f32, pool);
         ends.set_scaled(all.clone(), positions, displacements, weights.last, pool);
-        self.velocities.set_scaled(all.clone(), velocities, gains, 1.0, pool);
-        self.positions.set_scaled(all.clone(), ends, &self.velocities, weights.reach as f32, pool);
-        hold(model, positions, velocities, &mut self.positions, &mut self.velocities);
-        let around = Moment { positions: &self.positions, velocities: &self.velocities, time: start + length };
-        forces::all(model, around, forces, pool);
+        ahead.copy_from(velocities);
         let mut passes = 1;
-        for system in &mut self.systems {
-            system.look(&self.positions, weights.reach, pool);
-            // M (V + E / 3 - (V + E)) / b + F.
-            let back = f64::from(weights.last - 1.0) / weights.reach;
-            passes += system.solve(|own, particle| own.force(forces, particle) + own.momentum(gains, particle) * back, pool);
-            system.add_changes(&mut self.velocities, pool);
+        for system in systems {
+            system.look(positions, weights.reach, pool);
+            let gain = f64::from(weights.last) / weights.reach;
+            let right = |own: &LinearSystem, particle| {
+                own.force(forces, particle) + own.momentum(gains, particle) * gain + own.pull_of(drift, particle)
+            };
+            passes += system.solve(right, pool);
+            system.add_changes(velocities, pool);
         }
-        ends.add_scaled(all.clone(), &self.velocities, weights.reach as f32, pool);
-        gains.set_scaled(all, &self.velocities, velocities, -1.0, pool);
-        std::mem::swap(velocities, &mut self.velocities);
+        ends.add_scaled(all.clone(), velocities, weights.reach as f32, pool);
+        gains.set_scaled(all, velocities, ahead, -1.0, pool);
         passes
-    }
-}
-
-/// What is held goes through the step with the velocity of its path.
-fn hold(model: &Model, from: &Vectors, speeds: &Vectors, positions: &mut Vectors, velocities: &mut Vectors) {
-    let step = model.timing.step_length as f32;
-    for particle in model.pins.iter().flat_map(|group| &group.particles).map(|&particle| particle as usize) {
-        velocities.set(particle, speeds.get(particle));
-        positions.set(particle, from.get(particle) + speeds.get(particle) * step);
     }
 }

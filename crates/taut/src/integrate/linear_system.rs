@@ -1,6 +1,6 @@
 //! The linear system of an implicit step, solved by conjugate gradients.
 //!
-//! `(M (1 + b k_A) - b dF/dV - b^2 dF/dX) U = R` for the change of velocity U of a cloth; what is held does not change
+//! `(M - b dF/dV - b^2 dF/dX) U = R` for the change of velocity U of a cloth; what is held does not change
 //! (Baraff & Witkin, *Large steps in cloth simulation*, 1998, section 5). The matrix is symmetric and positive definite, and
 //! never written down. The method is that of Hestenes & Stiefel 1952, with the inverse of each particle's own 3 x 3 block as a
 //! preconditioner, in double precision; sums are taken chunk by chunk, so that they do not depend on the number of threads.
@@ -12,7 +12,7 @@ use crate::geometry::{CHUNK, Pool, Vectors, for_each_chunk, sum_over_chunks};
 use crate::model::{ClothRange, Model};
 
 /// The residual that is left, in the norm of the preconditioner, as a part of the right side.
-const TOLERANCE: f64 = 1e-7;
+const TOLERANCE: f64 = 1e-6;
 /// No more passes than this in one step.
 const MOST_PASSES: u32 = 1000;
 
@@ -22,8 +22,6 @@ pub(super) struct LinearSystem {
     stiffness: Stiffness,
     /// M [kg]; 0 for what is held.
     masses: Vec<f64>,
-    /// M k_A [kg/s].
-    drags: Vec<f64>,
     /// The inverse of each particle's own block; zero for what is held.
     blocks: Vec<DMat3>,
     iterates: Vec<Iterate>,
@@ -50,10 +48,8 @@ impl LinearSystem {
             .particles()
             .map(|particle| if particles.inverse_mass[particle] > 0.0 { f64::from(particles.mass[particle]) } else { 0.0 })
             .collect();
-        let drags = cloth.particles().zip(&masses).map(|(particle, mass)| f64::from(particles.air_drag[particle]) * mass);
         Self {
             stiffness: Stiffness::new(model, cloth),
-            drags: drags.collect(),
             masses,
             blocks: vec![DMat3::ZERO; count],
             iterates: vec![Iterate::default(); count],
@@ -69,10 +65,10 @@ impl LinearSystem {
     pub fn look(&mut self, positions: &Vectors, reach: f64, pool: &Pool) {
         self.stiffness.look(positions, pool);
         self.reach = reach;
-        let Self { stiffness, masses, drags, blocks, .. } = self;
+        let Self { stiffness, masses, blocks, .. } = self;
         for_each_chunk(blocks, pool, |first, blocks| {
             for (particle, block) in (first..).zip(blocks) {
-                *block = own_block(stiffness, particle, masses[particle], drags[particle], reach);
+                *block = own_block(stiffness, particle, masses[particle], reach);
             }
         });
     }
@@ -143,7 +139,7 @@ impl LinearSystem {
 
     /// The matrix times p; returns p times that.
     fn multiply(&mut self, pool: &Pool) -> f64 {
-        let Self { stiffness, masses, drags, search, product, parts, reach, .. } = self;
+        let Self { stiffness, masses, search, product, parts, reach, .. } = self;
         let reach = *reach;
         sum_over_chunks(product, parts, pool, |first, product| {
             let each = (first..).zip(product).map(|(particle, product)| {
@@ -152,7 +148,7 @@ impl LinearSystem {
                     *product = DVec3::ZERO;
                     return 0.0;
                 }
-                let own = here * (mass + reach * drags[particle]);
+                let own = here * mass;
                 *product = stiffness.around(particle).fold(own, |sum, (other, answer)| {
                     let way = here - search[other];
                     let along = reach * reach * answer.along * answer.direction.dot(way);
@@ -179,11 +175,11 @@ impl LinearSystem {
 }
 
 /// The inverse of what a particle's own change of velocity meets; zero for what is held.
-fn own_block(stiffness: &Stiffness, particle: usize, mass: f64, drag: f64, reach: f64) -> DMat3 {
+fn own_block(stiffness: &Stiffness, particle: usize, mass: f64, reach: f64) -> DMat3 {
     if mass == 0.0 {
         return DMat3::ZERO;
     }
-    let own = DMat3::from_diagonal(DVec3::splat(mass + reach * drag));
+    let own = DMat3::from_diagonal(DVec3::splat(mass));
     let block = stiffness.around(particle).fold(own, |sum, (_, answer)| {
         let n = answer.direction;
         let along = DMat3::from_cols(n * n.x, n * n.y, n * n.z) * (reach * reach * answer.along);

@@ -243,7 +243,7 @@ impl Assembly {
             }
             range.linked = range.lattice.is_none() || cloth.flexion_stiffness > 0.0;
         }
-        self.warnings.extend(suits::check(scene.solver.filter, &self.cloths, &springs, &self.particles)?);
+        self.warnings.extend(suits::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
         let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();
         let both_ways = listed.iter().flat_map(|&index| {

@@ -91,9 +91,9 @@ pub(super) fn bound(solver: &Solver, rates: &Rates) -> f64 {
         IntegratorKind::Verlet if solver.filter == FilterKind::None => of_euler(square, rate),
         // What a filter takes back in every step is multiplied by -h^2 w^2 / 2: bounded for h^2 w^2 + h g < 2.
         IntegratorKind::Verlet => 4.0 / (rate + (rate * rate + 8.0 * square).sqrt()),
-        // Only the wind is explicit; the drag that comes with it here is not.
+        // Only the air is explicit.
         IntegratorKind::ImplicitEuler => 2.0 / rates.drag,
-        // The wind is extrapolated: 3/2 + 2 + 1/2 = 3 h g at z = -1.
+        // And extrapolated: 3/2 + 2 + 1/2 = 3 h g at z = -1.
         IntegratorKind::Bdf2 => 4.0 / (3.0 * rates.drag),
     }
 }
