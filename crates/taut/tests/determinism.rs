@@ -116,8 +116,8 @@ fn nor_do_they_with_any_integrator() {
             scene
         };
         let hash = |threads: usize| {
-            let mut run = Simulation::on_threads(&scene([144, 96]), threads);
-            run.steps(4);
+            let mut run = Simulation::on_threads(&scene([80, 60]), threads);
+            run.steps(2);
             run.state.hash()
         };
         assert_eq!(hash(1), hash(3), "{integrator}");

@@ -21,9 +21,10 @@ use crate::state::{Moment, Past, State};
 /// A linear system for each cloth.
 pub(super) struct Bdf2 {
     systems: Vec<LinearSystem>,
-    /// Where the last step points to, X and V, and what is left to remember of the step [m], [m/s].
-    positions: Vectors,
-    velocities: Vectors,
+    /// Where the last step points to [m].
+    ahead: Vectors,
+    /// With which velocities it does, and with which ones everything would go on [m/s].
+    drift: Vectors,
 }
 
 /// How much the last step counts, and b [s].
@@ -36,7 +37,7 @@ impl Bdf2 {
     pub fn new(model: &Model) -> Self {
         let zeros = || Vectors::zeros(model.particle_count());
         let systems = model.cloths.iter().map(|cloth| LinearSystem::new(model, cloth)).collect();
-        Self { systems, positions: zeros(), velocities: zeros() }
+        Self { systems, ahead: zeros(), drift: zeros() }
     }
 }
 
@@ -50,7 +51,7 @@ impl Method for Bdf2 {
             Weights { last: 1.0 / 3.0, reach: 2.0 / 3.0 * length }
         };
         let State { positions, velocities, past: Past { displacements, gains }, .. } = state;
-        let Self { systems, positions: ahead, velocities: drift } = self;
+        let Self { systems, ahead, drift } = self;
         // Where the last step points to.
         ahead.set_scaled(all.clone(), positions, velocities, length as f32, pool);
         drift.set_scaled(all.clone(), velocities, gains, 1.0, pool);
@@ -58,8 +59,6 @@ impl Method for Bdf2 {
         forces::inside_and_outside(model, Moment { positions, velocities, time: start }, outside, forces, pool);
         // (D / 3 + V b) / b: how fast everything would go on.
         drift.set_scaled(all.clone(), velocities, displacements, weights.last / weights.reach as f32, pool);
-        ends.set_scaled(all.clone(), positions, displacements, weights.last, pool);
-        ahead.copy_from(velocities);
         let mut passes = 1;
         for system in systems {
             system.look(positions, weights.reach, pool);
@@ -68,10 +67,12 @@ impl Method for Bdf2 {
                 own.force(forces, particle) + own.momentum(gains, particle) * gain + own.pull_of(drift, particle)
             };
             passes += system.solve(right, pool);
-            system.add_changes(velocities, pool);
+            // The change itself: what single precision leaves of the sum would be remembered.
+            system.write_changes(gains, pool);
         }
-        ends.add_scaled(all.clone(), velocities, weights.reach as f32, pool);
-        gains.set_scaled(all, velocities, ahead, -1.0, pool);
+        velocities.add_scaled(all.clone(), gains, 1.0, pool);
+        drift.add_scaled(all.clone(), gains, 1.0, pool);
+        ends.set_scaled(all, positions, drift, weights.reach as f32, pool);
         passes
     }
 }

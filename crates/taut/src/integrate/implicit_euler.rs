@@ -6,18 +6,21 @@
 
 use super::{LinearSystem, Method, Step};
 use crate::forces::{self, Forces};
-use crate::geometry::Pool;
+use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::state::State;
 
-/// A linear system for each cloth.
+/// A linear system for each cloth, and workspace.
 pub(super) struct ImplicitEuler {
     systems: Vec<LinearSystem>,
+    /// U [m/s].
+    changes: Vectors,
 }
 
 impl ImplicitEuler {
     pub fn new(model: &Model) -> Self {
-        Self { systems: model.cloths.iter().map(|cloth| LinearSystem::new(model, cloth)).collect() }
+        let systems = model.cloths.iter().map(|cloth| LinearSystem::new(model, cloth)).collect();
+        Self { systems, changes: Vectors::zeros(model.particle_count()) }
     }
 }
 
@@ -31,8 +34,9 @@ impl Method for ImplicitEuler {
         for system in &mut self.systems {
             system.look(positions, length, pool);
             passes += system.solve(|own, particle| own.force(forces, particle) + own.pull_of(velocities, particle), pool);
-            system.add_changes(velocities, pool);
+            system.write_changes(&mut self.changes, pool);
         }
+        velocities.add_scaled(0..model.particle_count(), &self.changes, 1.0, pool);
         ends.set_scaled(0..model.particle_count(), positions, velocities, length as f32, pool);
         passes
     }

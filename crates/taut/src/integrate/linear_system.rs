@@ -119,10 +119,10 @@ impl LinearSystem {
         MOST_PASSES
     }
 
-    /// Adds the changes found to velocities [m/s].
-    pub fn add_changes(&self, velocities: &mut Vectors, pool: &Pool) {
-        velocities.for_each_chunk_of(self.cloth.particles(), pool, |chunk| {
-            chunk.map(|particle, velocity| velocity + self.iterates[particle - self.cloth.first].change.as_vec3());
+    /// Writes the changes of velocity found [m/s].
+    pub fn write_changes(&self, changes: &mut Vectors, pool: &Pool) {
+        changes.for_each_chunk_of(self.cloth.particles(), pool, |chunk| {
+            chunk.map(|particle, _| self.iterates[particle - self.cloth.first].change.as_vec3());
         });
     }
 
