@@ -1,4 +1,4 @@
-"""Every integrator on a flag, a drop, a net and an imported mesh; its caches and snapshots; what is refused."""
+"""Every integrator on a flag, a drop, a net and an imported mesh; its caches; what is refused."""
 
 from pathlib import Path
 from typing import Any

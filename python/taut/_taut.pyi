@@ -79,8 +79,10 @@ def simd_lanes() -> int:
 def state_hash(
     positions: NDArray[np.float32], velocities: NDArray[np.float32], past: NDArray[np.float32] | None = None
 ) -> str:
-    """XXH3 hash (16 hexadecimal digits) of positions and velocities, both of shape (vertices, 3), and of the
-    past of a two-step integrator, of shape (2 vertices, 3)."""
+    """XXH3 hash (16 hexadecimal digits) of positions and velocities, both of shape (vertices, 3), and past.
+
+    The past is that of a two-step integrator, see :meth:`Engine.past`, of shape (2 vertices, 3).
+    """
 
 @final
 class Engine:
@@ -152,8 +154,10 @@ class Engine:
     def read_state(self, positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> None:
         """Write the state into two arrays of shape (vertices, 3) [m], [m/s]."""
     def past(self) -> NDArray[np.float32] | None:
-        """What a two-step integrator remembers of the last step: displacements [m], then changes of velocity
-        [m/s], shape (2 vertices, 3); ``None`` with all others."""
+        """What a two-step integrator remembers of the last step; ``None`` with all others.
+
+        Displacements [m], then what forces added to velocities [m/s]: shape (2 vertices, 3), a copy.
+        """
     def set_state(
         self,
         positions: NDArray[np.float32],
@@ -161,8 +165,9 @@ class Engine:
         steps: int,
         past: NDArray[np.float32] | None = None,
     ) -> None:
-        """Replace the state [m], [m/s] and the number of steps taken, from which the time follows. Without its
-        past a two-step integrator starts anew.
+        """Replace the state [m], [m/s] and the number of steps taken, from which the time follows.
+
+        Without its past a two-step integrator starts anew.
 
         Raises:
             ValueError: a wrong shape or a non-finite number (which one is named).

@@ -73,8 +73,8 @@ SERIES: dict[str, str] = {"time": "float64"} | {
 SERIES_CHUNK = 1024
 
 PAST = "past"
-"""float32, shape (frames, 2 vertices, 3), one chunk a frame; only there if the scene's integrator needs it to go
-on: displacements of the last step before the frame [m], then what forces added to velocities in it [m/s]."""
+"""float32, shape (frames, 2 vertices, 3), one chunk a frame; only there if the scene's integrator needs it to
+go on: displacements of the last step before the frame [m], then what forces added to velocities [m/s]."""
 
 GROWING = (*SERIES, "velocities", "positions")
 """Every array with a frame axis but :data:`PAST`, in the order in which a new frame is made known."""
