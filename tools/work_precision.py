@@ -1,9 +1,9 @@
 """`make work-precision`: what each integrator's accuracy costs, after Volino & Magnenat-Thalmann 2001.
 
-A sheet that hangs from one edge is pushed and swings, soft and a hundred times as stiff. Every integrator takes
-it through a second in more and more steps; the error is the root mean square distance of its vertices from where
-the classical Runge-Kutta method leaves them with very short steps. Rewrites the table and the picture of
-docs/methods/integrators.md.
+A sheet that hangs from one edge is pushed and swings, soft and a hundred times as stiff. Every integrator
+takes it through a second in more and more steps; the error is the root mean square distance of its vertices
+from where the classical Runge-Kutta method leaves them with very short steps. Rewrites the table and the
+picture of docs/methods/integrators.md.
 """
 
 import time
