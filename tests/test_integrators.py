@@ -1,20 +1,18 @@
 """Every integrator on a flag, a drop, a net and an imported mesh; its caches; what is refused."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from taut import Cache, Scene, SceneError, Simulation, record
 
-SCENES = Path(__file__).resolve().parent.parent / "scenes"
 INTEGRATORS = ["euler", "forward_euler", "midpoint", "rk4", "verlet", "implicit_euler", "bdf2"]
 PASSES = {"euler": 1, "forward_euler": 1, "midpoint": 2, "rk4": 4, "verlet": 2}
 """How often an explicit method looks at all springs in a step."""
 
 
 def simulation(scene: str, *settings: str) -> Simulation:
-    return Simulation(Scene.load(SCENES / f"{scene}.toml").with_settings(settings))
+    return Simulation(Scene.load(scene).with_settings(settings))
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
