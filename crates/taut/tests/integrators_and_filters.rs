@@ -244,3 +244,26 @@ fn the_filter_to_the_letter_refuses_integrators_that_it_cannot_serve() {
         }
     }
 }
+
+#[test]
+fn springs_with_measured_curves_run_and_bending_along_a_curve_refuses_implicit_methods() {
+    for integrator in INTEGRATORS {
+        let built = |curves: Value| {
+            let mut scene = blown(integrator, "coarse_to_fine");
+            let mut cloth = json!({ "name": "shirt", "grid": { "size": [0.5, 0.5], "cells": [6, 6] }, "density": 0.2 });
+            (cloth["pins"], cloth["curves"]) = (json!([{ "edge": "top" }]), curves);
+            scene["cloth"] = json!([cloth]);
+            Scene::from_json(&scene.to_string()).and_then(|scene| Model::build(&scene, &Default::default()))
+        };
+        let model = built(json!({ "tension": [[0, 0], [0.02, 0.5], [0.06, 8.0]] })).expect("a model");
+        let mut run = Simulation::of(model);
+        for _ in 0..30 {
+            run.steps(1);
+            assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING, "{integrator}");
+        }
+        match built(json!({ "bending": [[0, 0], [10, 4e-5]] })) {
+            Ok(_) => assert!(!["implicit_euler", "bdf2"].contains(&integrator), "{integrator} must be refused"),
+            Err(error) => assert!(error.to_string().contains("shirt bends along a measured curve"), "{integrator}: {error}"),
+        }
+    }
+}

@@ -1,4 +1,4 @@
-//! Which filters can do nothing for which cloths.
+//! Which filters and integrators can do nothing for which cloths.
 
 use super::{Adjacency, ClothRange, Particles, Springs};
 use crate::scene::{FilterKind, IntegratorKind, SceneError, Solver};
@@ -18,14 +18,7 @@ pub(super) fn check(
     particles: &Particles,
 ) -> Result<Vec<String>, SceneError> {
     let filter = solver.filter;
-    // The paper's steps 1 to 6 give velocities, and its last line makes positions of them: X + V h.
-    let suitable = matches!(solver.integrator, IntegratorKind::Euler | IntegratorKind::ImplicitEuler);
-    if filter == FilterKind::Sequential && !suitable {
-        let name = serde_json::to_string(&solver.integrator).expect("an integrator is a word");
-        let problem = "\"sequential\" is the paper's filter to the letter and leads to X + V h, which is not where this integrator \
-                       goes; use \"euler\" or \"implicit_euler\", or another filter, such as \"coarse_to_fine\"";
-        return Err(SceneError::with_value("solver.integrator", name, problem));
-    }
+    check_integrator(solver, cloths)?;
     let mut notes = Vec::new();
     for (index, cloth) in cloths.iter().enumerate() {
         let problem = match filter {
@@ -50,6 +43,28 @@ pub(super) fn check(
         }
     }
     Ok(notes)
+}
+
+/// Refuses an integrator that the filter or a cloth has no use for.
+fn check_integrator(solver: &Solver, cloths: &[ClothRange]) -> Result<(), SceneError> {
+    let name = serde_json::to_string(&solver.integrator).expect("an integrator is a word");
+    let refused = |problem: String| Err(SceneError::with_value("solver.integrator", name, problem));
+    // The paper's steps 1 to 6 give velocities, and its last line makes positions of them: X + V h.
+    let suitable = matches!(solver.integrator, IntegratorKind::Euler | IntegratorKind::ImplicitEuler);
+    if solver.filter == FilterKind::Sequential && !suitable {
+        let problem = "\"sequential\" is the paper's filter to the letter and leads to X + V h, which is not where this integrator \
+                       goes; use \"euler\" or \"implicit_euler\", or another filter, such as \"coarse_to_fine\"";
+        return refused(problem.to_owned());
+    }
+    let bends_along_a_curve = |cloth: &&ClothRange| !cloth.curvatures.is_empty();
+    match cloths.iter().find(bends_along_a_curve) {
+        Some(cloth) if solver.integrator.is_implicit() => refused(format!(
+            "{} bends along a measured curve, whose derivatives an implicit method would need; use \"euler\" or \"rk4\", or give \
+             its bending as a number",
+            cloth.name
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Why the rods of a cloth would lock it, if they would.
