@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind drape docs gallery wheel clean
+.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind work-precision drape docs gallery wheel clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built
@@ -77,6 +77,9 @@ wind: setup
 
 drape: setup
 	$(BIN)/python tools/drape.py $(if $(ONLY),--only $(ONLY))
+
+work-precision: setup
+	$(BIN)/python tools/work_precision.py
 
 clean:
 	rm -rf .venv target out

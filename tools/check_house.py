@@ -18,7 +18,7 @@ ENGINE_RULES: dict[str, set[str]] = {
     "model": {"scene", "geometry"},
     "state": {"model", "geometry"},
     "forces": {"scene", "model", "state", "geometry"},
-    "integrate": {"forces", "model", "state", "geometry"},
+    "integrate": {"forces", "scene", "model", "state", "geometry"},
     "filter": {"scene", "model", "state", "geometry"},
     "health": {"model", "state", "geometry", "forces", "filter"},
     "step": {"model", "state", "geometry", "forces", "integrate", "filter", "health"},

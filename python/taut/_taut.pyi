@@ -32,6 +32,8 @@ class Report(TypedDict):
     """Time reached [s]."""
     steps: int
     """Steps taken by the call."""
+    evaluations: int
+    """How often the integrator looked at all springs; a pass of a linear solver counts as one."""
     worst_stretch: float
     """Largest |X_uv| / L - 1 over all springs at the end of the call."""
     worst_spring: int
@@ -74,8 +76,13 @@ def resolve_scene(document: str) -> tuple[str, list[str]]:
 def simd_lanes() -> int:
     """Numbers of single precision in a vector register here: 16 (AVX-512), 8 (AVX2), 4 (NEON) or 1."""
 
-def state_hash(positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> str:
-    """XXH3 hash (16 hexadecimal digits) of positions and velocities, both of shape (vertices, 3)."""
+def state_hash(
+    positions: NDArray[np.float32], velocities: NDArray[np.float32], past: NDArray[np.float32] | None = None
+) -> str:
+    """XXH3 hash (16 hexadecimal digits) of positions and velocities, both of shape (vertices, 3), and past.
+
+    The past is that of a two-step integrator, see :meth:`Engine.past`, of shape (2 vertices, 3).
+    """
 
 @final
 class Engine:
@@ -146,8 +153,21 @@ class Engine:
         """A copy, [m/s], shape (vertices, 3)."""
     def read_state(self, positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> None:
         """Write the state into two arrays of shape (vertices, 3) [m], [m/s]."""
-    def set_state(self, positions: NDArray[np.float32], velocities: NDArray[np.float32], steps: int) -> None:
+    def past(self) -> NDArray[np.float32] | None:
+        """What a two-step integrator remembers of the last step; ``None`` with all others.
+
+        Displacements [m], then what forces added to velocities [m/s]: shape (2 vertices, 3), a copy.
+        """
+    def set_state(
+        self,
+        positions: NDArray[np.float32],
+        velocities: NDArray[np.float32],
+        steps: int,
+        past: NDArray[np.float32] | None = None,
+    ) -> None:
         """Replace the state [m], [m/s] and the number of steps taken, from which the time follows.
+
+        Without its past a two-step integrator starts anew.
 
         Raises:
             ValueError: a wrong shape or a non-finite number (which one is named).
@@ -177,4 +197,4 @@ class Engine:
     def external_forces(self) -> NDArray[np.float32]:
         """Gravity, air drag and wind in the present state [N], shape (vertices, 3); zero for pinned ones."""
     def state_hash(self) -> str:
-        """XXH3 hash (16 hexadecimal digits) of positions and velocities."""
+        """XXH3 hash (16 hexadecimal digits) of positions, velocities and the past."""

@@ -14,6 +14,9 @@ class Report:
     """Time reached [s]."""
     steps: int
     """Steps taken by the call [1]."""
+    evaluations: int
+    """How often the integrator looked at all springs, summed over the steps;
+    a pass of a linear solver counts as one [1]."""
     worst_stretch: float
     """Largest stretch of any spring at the end of the call [1]."""
     worst_spring: int

@@ -118,11 +118,13 @@ def _advance(simulation: Simulation, index: int) -> Frame:
 
 
 def _move_to(simulation: Simulation, cache: Cache, frame: int) -> None:
-    simulation.set_state(cache.positions(frame), cache.velocities(frame), frame * simulation.substeps)
+    state = cache.positions(frame), cache.velocities(frame)
+    simulation.set_state(*state, frame * simulation.substeps, cache.past(frame))
 
 
 def _frame(simulation: Simulation, ms: float) -> Frame:
-    return Frame(simulation.positions, simulation.velocities, simulation.report, ms, simulation.state_hash)
+    state = simulation.positions, simulation.velocities
+    return Frame(*state, simulation.report, ms, simulation.state_hash, simulation.past)
 
 
 def _header(simulation: Simulation) -> Header:
@@ -145,4 +147,4 @@ def _header(simulation: Simulation) -> Header:
         "strain_limit": simulation.strain_limit,
         "pins": np.flatnonzero(simulation.pinned),
     }
-    return Header(attributes, arrays, len(simulation.positions))
+    return Header(attributes, arrays, len(simulation.positions), simulation.past is not None)

@@ -169,20 +169,35 @@ class Simulation:
     def velocities(self, array: ArrayLike) -> None:
         self.set_state(self._positions, array, self.steps)
 
-    def set_state(self, positions: ArrayLike, velocities: ArrayLike, steps: int) -> None:
+    @property
+    def past(self) -> NDArray[np.float32] | None:
+        """What a two-step integrator (``bdf2``) remembers of the last step; nothing with all others.
+
+        Displacements [m], then what forces added to velocities [m/s]: shape (2 vertices, 3), a copy.
+        """
+        return self._engine.past()
+
+    def set_state(
+        self,
+        positions: ArrayLike,
+        velocities: ArrayLike,
+        steps: int,
+        past: NDArray[np.float32] | None = None,
+    ) -> None:
         """Replace the state.
 
         Args:
             positions: [m], shape (vertices, 3), float32 or float64.
             velocities: [m/s], likewise.
             steps: steps taken since the start, from which the time follows.
+            past: :attr:`past`; without it a two-step integrator starts anew.
 
         Raises:
             TypeError: numbers of another type.
             ValueError: a wrong shape, or a number that is not finite (which one is named).
         """
         state = self._checked("positions", positions), self._checked("velocities", velocities)
-        self._engine.set_state(*state, steps)
+        self._engine.set_state(*state, steps, past)
         self._refresh()
         self._report = Report(**self._engine.report())
 
@@ -193,7 +208,7 @@ class Simulation:
 
     @property
     def state_hash(self) -> str:
-        """XXH3 hash of positions and velocities, 16 hexadecimal digits."""
+        """XXH3 hash of positions, velocities and :attr:`past`, 16 hexadecimal digits."""
         return self._engine.state_hash()
 
     def external_forces(self) -> NDArray[np.float32]:

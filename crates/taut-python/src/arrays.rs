@@ -82,10 +82,18 @@ fn mesh(name: &str, (vertices, corners, counts): &MeshArrays<'_>) -> PyResult<Me
 }
 
 #[pyfunction]
-pub fn state_hash(positions: &Bound<'_, PyAny>, velocities: &Bound<'_, PyAny>) -> PyResult<String> {
+#[pyo3(signature = (positions, velocities, past=None))]
+pub fn state_hash(
+    positions: &Bound<'_, PyAny>,
+    velocities: &Bound<'_, PyAny>,
+    past: Option<&Bound<'_, PyAny>>,
+) -> PyResult<String> {
     let positions = readonly("positions", positions, None)?;
-    let velocities = readonly("velocities", velocities, Some(positions.shape()[0]))?;
+    let count = positions.shape()[0];
+    let velocities = readonly("velocities", velocities, Some(count))?;
+    let past = past.map(|past| readonly("past", past, Some(2 * count))).transpose()?;
     let (x, v) = (positions.as_array(), velocities.as_array());
-    let rows = x.rows().into_iter().chain(v.rows());
+    let past = past.as_ref().map(|past| past.as_array());
+    let rows = x.rows().into_iter().chain(v.rows()).chain(past.iter().flat_map(|past| past.rows()));
     Ok(format!("{:016x}", hash_vectors(rows.map(|row| [row[0], row[1], row[2]].into()))))
 }

@@ -9,9 +9,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use taut::advance::{NonFinite, Summary, advance};
 use taut::forces::{Forces, external};
+use taut::geometry::Vectors;
 use taut::model::{Model, SpringKind};
 use taut::scene::Scene;
-use taut::state::State;
+use taut::state::{Past, State};
 use taut::step::Work;
 
 use crate::{SimulationError, scene_error};
@@ -187,11 +188,32 @@ impl Engine {
         arrays::write_into("velocities", &state.velocities, velocities)
     }
 
-    fn set_state(&self, py: Python<'_>, positions: &Bound<'_, PyAny>, velocities: &Bound<'_, PyAny>, steps: u64) -> PyResult<()> {
+    fn past<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f32>>> {
+        let past = self.with(py, |running| running.state.past.clone());
+        let vectors: Vectors = past.displacements.iter().chain(past.gains.iter()).collect();
+        (!vectors.is_empty()).then(|| arrays::to_numpy(py, &vectors))
+    }
+
+    #[pyo3(signature = (positions, velocities, steps, past=None))]
+    fn set_state(
+        &self,
+        py: Python<'_>,
+        positions: &Bound<'_, PyAny>,
+        velocities: &Bound<'_, PyAny>,
+        steps: u64,
+        past: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
         let count = self.model.particle_count();
         let positions = arrays::from_numpy("positions", positions, count)?;
         let velocities = arrays::from_numpy("velocities", velocities, count)?;
-        self.with(py, |running| running.state = State { positions, velocities, steps });
+        let mut state = State::at(&self.model, positions, velocities, steps);
+        if let Some(past) = past {
+            let remembered = state.past.displacements.len();
+            let past: Vec<_> = arrays::from_numpy("past", past, 2 * remembered)?.iter().collect();
+            let (displacements, gains) = past.split_at(remembered);
+            state.past = Past { displacements: displacements.iter().copied().collect(), gains: gains.iter().copied().collect() };
+        }
+        self.with(py, |running| running.state = state);
         Ok(())
     }
 
@@ -246,6 +268,7 @@ fn report<'py>(py: Python<'py>, summary: &Summary, time: f64) -> PyResult<Bound<
     let report = PyDict::new(py);
     report.set_item("time", time)?;
     report.set_item("steps", summary.steps)?;
+    report.set_item("evaluations", summary.evaluations)?;
     report.set_item("worst_stretch", last.worst_stretch)?;
     report.set_item("worst_spring", spring(last.worst_spring))?;
     report.set_item("worst_stretch_in_steps", summary.worst_stretch)?;

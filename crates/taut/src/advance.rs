@@ -10,6 +10,8 @@ use crate::step::{Work, inspect, step};
 pub struct Summary {
     /// How many steps.
     pub steps: u64,
+    /// How often the integrator looked at all springs, summed over the steps; a pass of a linear solver counts as one.
+    pub evaluations: u64,
     /// The state reached.
     pub last: StateReport,
     /// Largest stretch after any of the steps [1].
@@ -77,6 +79,7 @@ impl Summary {
             self.worst_spring = worst_spring(model, &model.cloths[report.worst_cloth], &state.positions);
         }
         self.steps += 1;
+        self.evaluations += u64::from(report.evaluations);
         self.limited_steps += u64::from(report.limited.springs > 0);
         self.limited_springs += u64::from(report.limited.springs);
         self.sweeps += u64::from(report.limited.sweeps);

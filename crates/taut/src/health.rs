@@ -16,6 +16,8 @@ pub struct StepReport {
     pub worst_stretch: f64,
     /// The cloth that has it.
     pub worst_cloth: usize,
+    /// How often the integrator looked at all springs.
+    pub evaluations: u32,
     /// What the filter did.
     pub limited: Limited,
     /// Whether every particle is at a finite place.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::filter::{self, Filter};
-use crate::forces::{self, Forces};
+use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
 use crate::health::{self, Health, StateReport, StepReport};
 use crate::integrate::{self, Integrator};
@@ -48,12 +48,10 @@ pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
     let Work { forces, integrator, filter, pool, ends, .. } = work;
     pool.install(|| {
         filter::hold(model, state); // paths -> v of what is held
-        forces::external(model, state, forces, pool); // x, v -> a
-        forces::damp(model, &mut state.velocities, forces, pool); // v -> v
-        integrate::propose(model, state, ends, forces, integrator, pool); // x, v, a -> x*, v*
+        let evaluations = integrate::propose(model, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
         let limited = filter::apply(model, state, ends, filter, pool); // x*, v* -> admissible ones
-        integrate::advance(state, ends); // x = x*
-        health::glance(model, state, limited)
+        integrate::advance(model, state, ends, pool); // x = x*
+        StepReport { evaluations, ..health::glance(model, state, limited) }
     })
 }
 

@@ -103,6 +103,32 @@ fn nor_do_they_with_bending_curves_and_flows() {
     }
 }
 
+/// Those that are not in every other test.
+const INTEGRATORS: [&str; 6] = ["forward_euler", "midpoint", "rk4", "verlet", "implicit_euler", "bdf2"];
+
+#[test]
+fn nor_do_they_with_any_integrator() {
+    for integrator in INTEGRATORS {
+        let scene = |cells: [u32; 2]| {
+            let mut scene = rich_flag(cells, "quadratic");
+            (scene["solver"]["integrator"], scene["solver"]["substeps"]) = (json!(integrator), json!(120));
+            scene["solver"]["force_step"] = json!(true);
+            scene
+        };
+        let hash = |threads: usize| {
+            let mut run = Simulation::on_threads(&scene([80, 60]), threads);
+            run.steps(2);
+            run.state.hash()
+        };
+        assert_eq!(hash(1), hash(3), "{integrator}");
+        let mut run = Simulation::new(&scene([48, 32]));
+        run.steps(2);
+        let before = ALLOCATIONS.with(Cell::get);
+        run.steps(5);
+        assert_eq!(ALLOCATIONS.with(Cell::get), before, "{integrator}");
+    }
+}
+
 #[test]
 fn the_same_bits_as_ever() {
     // A new golden needs a reason; write it into the commit. Regenerate by reading the left side of the failure.

@@ -6,7 +6,7 @@ mod common;
 use common::model;
 use glam::Vec3;
 use serde_json::json;
-use taut::forces::{Forces, external, kick};
+use taut::forces::{Forces, damp, external, kick};
 use taut::geometry::{Pool, Vectors};
 use taut::integrate::{Integrator, propose};
 use taut::model::Model;
@@ -40,6 +40,7 @@ fn one_after_another(model: &Model, mut state: State) -> (Vectors, Vectors) {
     let length = (model.timing.step_length / f64::from(count)) as f32;
     let mut forces = Forces::new(model);
     external(model, &state, &mut forces, &pool);
+    damp(model, &mut state.velocities, &mut forces, &pool);
     let (mut ends, mut seen) = (state.positions.clone(), state.positions.clone());
     ends.set_scaled(particles.clone(), &state.positions, &state.velocities, 0.5 * length, &pool);
     for part in 1..=count {
@@ -64,7 +65,6 @@ fn a_walk_over_the_rows_gives_the_bits_of_one_part_after_another() {
             let (mut forces, mut integrator) = (Forces::new(&model), Integrator::new(&model, pool.threads()));
             let mut ends = state.positions.clone();
             pool.install(|| {
-                external(&model, &state, &mut forces, &pool);
                 propose(&model, &mut state, &mut ends, &mut forces, &mut integrator, &pool);
             });
             assert_eq!((&ends, &state.velocities), (&expected.0, &expected.1), "{cells:?} on {threads} threads");

@@ -22,6 +22,8 @@ class Header:
     """The arrays without a frame axis, see :data:`taut.cache.layout.CONSTANT`."""
     vertices: int
     """Vertices in each frame [1]."""
+    has_past: bool = False
+    """Whether the state needs the array `past` to be whole."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,9 @@ class Frame:
     ms: float
     """Wall-clock time of the simulation of this frame alone [ms]; 0 for frame 0."""
     state_hash: str
-    """XXH3 hash of positions and velocities, 16 hexadecimal digits."""
+    """XXH3 hash of positions, velocities and past, 16 hexadecimal digits."""
+    past: NDArray[np.float32] | None = None
+    """:attr:`taut.Simulation.past`, shape (2 vertices, 3)."""
 
 
 def mesh_hash(mesh: Mesh) -> str:

@@ -72,11 +72,15 @@ SERIES: dict[str, str] = {"time": "float64"} | {
 
 SERIES_CHUNK = 1024
 
+PAST = "past"
+"""float32, shape (frames, 2 vertices, 3), one chunk a frame; only there if the scene's integrator needs it to
+go on: displacements of the last step before the frame [m], then what forces added to velocities [m/s]."""
+
 GROWING = (*SERIES, "velocities", "positions")
-"""Every array with a frame axis, in the order in which a new frame is made known."""
+"""Every array with a frame axis but :data:`PAST`, in the order in which a new frame is made known."""
 
 NODES = ("diagnostics", *CONSTANT, *GROWING)
-"""Everything in the group."""
+"""Everything in the group but :data:`PAST`."""
 
 
 def create(store: DurableStore, header: Header) -> None:
@@ -87,8 +91,9 @@ def create(store: DurableStore, header: Header) -> None:
         data = np.ascontiguousarray(header.arrays[name], kind)
         chunk = tuple(max(1, size) for size in data.shape)
         root.create_array(name, shape=data.shape, dtype=kind, chunks=chunk, **_coding(kind))[...] = data
-    for name in STATE:
-        shape = (header.vertices, 3)
+    rows = dict.fromkeys(STATE, header.vertices) | ({PAST: 2 * header.vertices} if header.has_past else {})
+    for name, vertices in rows.items():
+        shape = (vertices, 3)
         root.create_array(name, shape=(0, *shape), dtype="float32", chunks=(1, *shape), **_coding("float32"))
     for name, kind in SERIES.items():
         root.create_array(name, shape=(0,), dtype=kind, chunks=(SERIES_CHUNK,), **_coding(kind))

@@ -36,7 +36,8 @@ class Cache:
         shapes = {self._arrays[name].shape[1:] for name in layout.STATE}
         if len(shapes) != 1 or shapes.pop()[1:] != (3,):
             raise CacheError(f"{path}: positions and velocities have unlike shapes; run it again")
-        self._frames = min(self._arrays[name].shape[0] for name in layout.GROWING)
+        past = (layout.PAST,) if layout.PAST in self._arrays else ()
+        self._frames = min(self._arrays[name].shape[0] for name in (*past, *layout.GROWING))
         if self._frames < 1:
             raise CacheError(f"{path}: there is no frame in it; run it again")
 
@@ -145,6 +146,10 @@ class Cache:
         """Velocities [m/s], shape (vertices, 3); otherwise like :meth:`positions`."""
         return self._state("velocities", frame)
 
+    def past(self, frame: int) -> NDArray[np.float32] | None:
+        """What the integrator needs of the step before a frame, :attr:`taut.Simulation.past`."""
+        return self._state(layout.PAST, frame) if layout.PAST in self._arrays else None
+
     def stretch(self, frame: int) -> NDArray[np.float32]:
         """``|X_uv| / L - 1`` of each spring [1], shape (springs,); otherwise like :meth:`positions`."""
         ends = self.positions(frame).astype(np.float64)[self.springs]
@@ -155,7 +160,7 @@ class Cache:
     def is_whole(self, frame: int) -> bool:
         """Whether a frame reads back as it was written: its state has the hash that was stored with it."""
         try:
-            found = _taut.state_hash(self.positions(frame), self.velocities(frame))
+            found = _taut.state_hash(self.positions(frame), self.velocities(frame), self.past(frame))
             return int(found, 16) == int(self.diagnostics["state_hash"][frame])
         except CacheError:
             return False
@@ -207,6 +212,8 @@ def _arrays(path: Path, root: zarr.Group) -> dict[str, zarr.Array[Any]]:
     kinds = {name: (kind, 1 + len(shape)) for name, (kind, shape) in layout.CONSTANT.items()}
     kinds |= {name: (kind, 1) for name, kind in layout.SERIES.items()}
     kinds |= {name: ("float32", 3) for name in layout.STATE}
+    if layout.PAST in root:
+        kinds[layout.PAST] = ("float32", 3)
     arrays: dict[str, zarr.Array[Any]] = {}
     for name, (kind, dimensions) in kinds.items():
         try:

@@ -55,8 +55,10 @@ class CacheWriter:
         self._lock = lock
         self._store = DurableStore(path)
         self._root = json.loads((path / "zarr.json").read_bytes())
-        self._nodes = {name: json.loads((path / name / "zarr.json").read_bytes()) for name in layout.NODES}
-        self._arrays = {name: self._longer(name) for name in layout.GROWING}
+        past = (layout.PAST,) if (path / layout.PAST).exists() else ()
+        nodes = (*past, *layout.NODES)
+        self._nodes = {name: json.loads((path / name / "zarr.json").read_bytes()) for name in nodes}
+        self._arrays = {name: self._longer(name) for name in (*past, *layout.GROWING)}
         self._vertices: int = self._nodes["positions"]["shape"][1]
         self._committed = frames
         self._pending: list[dict[str, Any]] = []
@@ -209,7 +211,7 @@ class CacheWriter:
         )
 
     def _publish(self, frames: int, state_hash: int) -> None:
-        for name in layout.GROWING:
+        for name in self._arrays:
             self._nodes[name]["shape"][0] = frames
             self._store.write(f"{name}/zarr.json", _encoded(self._nodes[name]))
         self._root["attributes"]["state_hash"] = f"{state_hash:016x}"
@@ -246,7 +248,8 @@ def _numbers(frame: Frame) -> dict[str, Any]:
     for name, kind in layout.DIAGNOSTICS.items():
         number = own[name] if name in own else getattr(frame.report, name)
         numbers[f"diagnostics/{name}"] = np.dtype(kind).type(number)
-    return numbers | {name: np.array(getattr(frame, name), np.float32) for name in layout.STATE}
+    names = layout.STATE if frame.past is None else (*layout.STATE, layout.PAST)
+    return numbers | {name: np.array(getattr(frame, name), np.float32) for name in names}
 
 
 def _encoded(document: Any) -> bytes:

@@ -1,33 +1,36 @@
 //! Positions and velocities in, accelerations and velocities out: F_INT + F_EXT of the paper (section 2).
 //!
-//! Each force is a kernel in a file of its own. What acts from outside is looked at once a step and gives an acceleration;
-//! springs and dampers, which are stiffer, change velocities in as many parts of the step as they need.
+//! Each force is a kernel in a file of its own. The Euler method looks once a step at what acts from outside, which gives an
+//! acceleration; springs and dampers, which are stiffer, change velocities in as many parts of the step as they need. The other
+//! integrators look at all forces together, stage by stage.
 
 mod air_drag;
 mod bending;
 mod internal;
+mod stiffness;
 mod wind;
 
 use glam::Vec3;
 
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::{ClothRange, Model};
-use crate::state::State;
+use crate::state::{Moment, State};
 use internal::{Damper, Impulse, Workspace, curved_force};
 
 pub use bending::bending_energy;
 pub(crate) use internal::{Hooke, RowConstants, Sums, Three, springs_of_row};
 pub use internal::{curved_energy, elastic_energy};
+pub(crate) use stiffness::Stiffness;
 
 /// Workspace and results.
 #[derive(Debug)]
 pub struct Forces {
-    /// F_EXT / M of each particle [m/s^2]; zero for held ones.
+    /// F_EXT / M of each particle, or all forces / M [m/s^2]; zero for held ones.
     acceleration: Vectors,
     wind: wind::Wind,
     springs: Workspace,
     dampers: Workspace,
-    /// The stage of the damping before the last one [m/s].
+    /// The stage of the damping before the last one [m/s], or a sum of all forces in the making [m/s^2].
     stage: Vectors,
     /// What rows of second derivatives pull with where bending follows a curve [N m].
     pulls: Vectors,
@@ -48,16 +51,20 @@ impl Forces {
         }
     }
 
-    /// What [`external`] found [m/s^2].
+    /// What [`external`] or [`all`] found [m/s^2].
     #[must_use]
     pub fn acceleration(&self) -> &Vectors {
         &self.acceleration
     }
 }
 
-/// Gravity, drag and wind: F_EXT / M.
+/// Gravity, drag and wind on a state: F_EXT / M.
 pub fn external(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) {
-    forces.wind.prepare(model, state, pool);
+    external_at(model, state.moment(model), forces, pool);
+}
+
+fn external_at(model: &Model, moment: Moment<'_>, forces: &mut Forces, pool: &Pool) {
+    forces.wind.prepare(model, moment, pool);
     let (wind, particles, step) = (&forces.wind, &model.particles, model.timing.step_length as f32);
     forces.acceleration.for_each_chunk(pool, |chunk| {
         chunk.map(|particle, _| {
@@ -66,10 +73,32 @@ pub fn external(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) 
                 return Vec3::ZERO;
             }
             model.gravity
-                + air_drag::acceleration(particles.air_drag[particle], state.velocities.get(particle), step)
+                + air_drag::acceleration(particles.air_drag[particle], moment.velocities.get(particle), step)
                 + wind.on_particle(model, particle) * weight
         });
     });
+}
+
+/// All forces at one moment: (F_INT + F_EXT) / M.
+pub fn all(model: &Model, moment: Moment<'_>, forces: &mut Forces, pool: &Pool) {
+    inside_and_outside(model, moment, moment, forces, pool);
+}
+
+/// F_INT at one moment and F_EXT at another: their sum / M.
+pub fn inside_and_outside(model: &Model, inside: Moment<'_>, outside: Moment<'_>, forces: &mut Forces, pool: &Pool) {
+    external_at(model, outside, forces, pool);
+    let mut sum = std::mem::take(&mut forces.stage);
+    for column in [&mut sum.x, &mut sum.y, &mut sum.z] {
+        column.fill(0.0);
+    }
+    for cloth in &model.cloths {
+        // What velocities gain in one second.
+        kick(model, cloth, inside.positions, &mut sum, 1.0, forces, pool);
+        let (field, other) = (inside.velocities, inside.velocities);
+        let impulse = Impulse { field, other, out: &mut sum, keep: 1.0, add: 0.0, scale: 1.0 };
+        impulse.apply(Damper, model, cloth, &mut forces.dampers, pool);
+    }
+    forces.stage = std::mem::replace(&mut forces.acceleration, sum);
 }
 
 /// Springs and bending of a cloth and [`external`] forces over `step` seconds: `V += (F_s + F_B + F_EXT) / M h`.

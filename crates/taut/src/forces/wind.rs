@@ -11,7 +11,7 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::geometry::{Pool, Vectors, VectorsChunk, sine_of_turns};
 use crate::model::{Air, Flows, Model, Resistance, Wave};
 use crate::scene::{WindLaw, WindModel};
-use crate::state::State;
+use crate::state::Moment;
 
 /// What two first passes leave for the particles to gather; empty without wind.
 #[derive(Debug)]
@@ -37,17 +37,17 @@ impl Wind {
     }
 
     /// First passes: the relative velocities, then a value for each panel.
-    pub(super) fn prepare(&mut self, model: &Model, state: &State, pool: &Pool) {
+    pub(super) fn prepare(&mut self, model: &Model, moment: Moment<'_>, pool: &Pool) {
         let Some(air) = &model.air else { return };
-        let time = state.time(model);
+        let time = moment.time;
         for (phase, wave) in self.phases.iter_mut().zip(&air.waves) {
             *phase = (wave.phase - wave.turns_per_second * time).rem_euclid(1.0) as f32;
         }
         let phases = &self.phases;
-        self.relative.for_each_chunk(pool, |mut chunk| relative_velocity(&mut chunk, air, phases, state));
+        self.relative.for_each_chunk(pool, |mut chunk| relative_velocity(&mut chunk, air, phases, moment));
         let (relative, inertia) = (&self.relative, &self.inertia);
         self.panels.for_each_chunk(pool, |chunk| {
-            chunk.map(|panel, _| share_of_panel(model, state, relative, panel, inertia[panel]));
+            chunk.map(|panel, _| share_of_panel(model, moment, relative, panel, inertia[panel]));
         });
     }
 
@@ -128,12 +128,12 @@ fn inertia_of_panel(model: &Model, panel: usize) -> f32 {
 }
 
 /// V_rel = V - W(X), W being the mean wind, the gusts and the flows.
-fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], state: &State) {
+fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], moment: Moment<'_>) {
     let run = chunk.first..chunk.first + chunk.x.len();
     let (mean, len) = (air.velocity, run.len());
     let (out_x, out_y, out_z) = (&mut chunk.x[..len], &mut chunk.y[..len], &mut chunk.z[..len]);
-    let [x, y, z] = [&state.positions.x, &state.positions.y, &state.positions.z].map(|column| &column[run.clone()]);
-    let [u, v, w] = [&state.velocities.x, &state.velocities.y, &state.velocities.z].map(|column| &column[run.clone()]);
+    let [x, y, z] = [&moment.positions.x, &moment.positions.y, &moment.positions.z].map(|column| &column[run.clone()]);
+    let [u, v, w] = [&moment.velocities.x, &moment.velocities.y, &moment.velocities.z].map(|column| &column[run.clone()]);
     Arch::new().dispatch(
         #[inline(always)]
         || {
@@ -192,11 +192,11 @@ fn take(x: &[f32], y: &[f32], z: &[f32], [u, v, w]: [&mut [f32]; 3], velocity: i
 
 /// What each corner gets of a panel: its area vector [m^2] or the force on it [N].
 #[inline]
-fn share_of_panel(model: &Model, state: &State, relative: &Vectors, panel: usize, inertia: f32) -> Vec3 {
+fn share_of_panel(model: &Model, moment: Moment<'_>, relative: &Vectors, panel: usize, inertia: f32) -> Vec3 {
     let Some(air) = &model.air else { return Vec3::ZERO };
     let corners = model.panels.corners[panel].map(|corner| corner as usize);
     let share = model.panels.share[panel];
-    let [a, b, c, d] = corners.map(|corner| state.positions.get(corner));
+    let [a, b, c, d] = corners.map(|corner| moment.positions.get(corner));
     let area_vector = 0.5 * (c - a).cross(d - b);
     if air.model == WindModel::Particle {
         return area_vector * share;

@@ -4,6 +4,7 @@
 //! output or its own partial result, and partial results are combined in chunk order. Hence the same bits for any
 //! number of threads.
 
+use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// Elements in a chunk. Small enough to balance two threads on a 64 x 64 cloth, large enough to hide the hand-over.
@@ -55,4 +56,30 @@ impl Pool {
     pub fn pays_for(&self, len: usize) -> bool {
         self.workers.is_some() && len >= 4 * CHUNK
     }
+}
+
+/// Calls `work` with the first index and the elements of every chunk, on the pool's threads where that pays.
+pub fn for_each_chunk<T: Send>(items: &mut [T], pool: &Pool, work: impl Fn(usize, &mut [T]) + Sync) {
+    let each = |(chunk, items): (usize, &mut [T])| work(chunk * CHUNK, items);
+    if pool.pays_for(items.len()) {
+        items.par_chunks_mut(CHUNK).enumerate().for_each(each);
+    } else {
+        items.chunks_mut(CHUNK).enumerate().for_each(each);
+    }
+}
+
+/// As [`for_each_chunk`]; adds up what `work` returns in the order of the chunks. `parts` has a place for each chunk.
+pub fn sum_over_chunks<T: Send>(
+    items: &mut [T],
+    parts: &mut [f64],
+    pool: &Pool,
+    work: impl Fn(usize, &mut [T]) -> f64 + Sync,
+) -> f64 {
+    let each = |(chunk, (items, part)): (usize, (&mut [T], &mut f64))| *part = work(chunk * CHUNK, items);
+    if pool.pays_for(items.len()) {
+        items.par_chunks_mut(CHUNK).zip(parts.par_iter_mut()).enumerate().for_each(each);
+    } else {
+        items.chunks_mut(CHUNK).zip(parts.iter_mut()).enumerate().for_each(each);
+    }
+    parts.iter().sum()
 }

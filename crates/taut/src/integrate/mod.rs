@@ -1,58 +1,70 @@
-//! Velocities in, positions out.
+//! Forces in, a proposed step out: one file a method.
 //!
-//! Where the filter looks at every step of the springs, the paper's Euler method (section 3), velocity first:
-//! `V^(t+h) = V^t + F h / M`, `X^(t+h) = X^t + V^(t+h) h` (printed with V on the left; see docs/equations.md). Where it looks
-//! at several at once, leapfrog: its energy has no term in X V, so that what dampers and filters take from V is always taken
-//! from the energy.
+//! All stages of a method together propose where the step leads and with which velocities; the filter looks at that once, and
+//! not in between (docs/methods/integrators.md). What is held moves through the step with the velocity of its path.
 
+mod bdf2;
+mod euler;
+mod forward_euler;
+mod implicit_euler;
+mod linear_system;
+mod midpoint;
+mod rk4;
+mod runge_kutta;
+mod verlet;
 mod wave;
 
-use crate::forces::{self, Forces};
+use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
-use crate::model::{Model, Timing};
+use crate::model::Model;
+use crate::scene::IntegratorKind;
 use crate::state::State;
-use wave::{Step, Wave};
+use bdf2::Bdf2;
+use euler::{Euler, Part};
+use implicit_euler::ImplicitEuler;
+use linear_system::LinearSystem;
+use runge_kutta::RungeKutta;
+use verlet::Verlet;
 
-/// One of the equal parts of a step: forces kick velocities, positions drift.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Part {
-    /// How long forces act [s].
-    kick: f32,
-    /// How long positions drift after that [s]: the second half of this part and the first half of the next one.
-    after: f32,
+/// A way from one state to a proposal for the next one.
+trait Method: Send {
+    /// Writes the ends of the step [m] and its last velocities; positions stay. Returns how often it looked at all forces.
+    fn propose(&mut self, step: Step<'_>, forces: &mut Forces, pool: &Pool) -> u32;
 }
 
-/// The parts of a step, and the workspace to go through them.
-#[derive(Debug)]
+/// A step to be proposed; what is held has the velocity of its path.
+struct Step<'a> {
+    model: &'a Model,
+    state: &'a mut State,
+    /// X* [m].
+    ends: &'a mut Vectors,
+}
+
+/// The integrator of a model with its workspace.
 pub struct Integrator {
-    /// How long positions drift before the first part [s].
-    before: f32,
-    parts: Vec<Part>,
-    /// Where springs see the particles outside of lattices, if they look ahead [m].
-    seen: Vectors,
-    /// Those of the model's lattices.
-    waves: Vec<Wave>,
+    method: Box<dyn Method>,
 }
 
 impl Integrator {
-    /// The integrator of a model, on so many threads.
+    /// The integrator that the model's solver asks for, on so many threads.
     #[must_use]
     pub fn new(model: &Model, threads: usize) -> Self {
-        let (before, parts) = parts(&model.timing);
-        let waves = model.lattices.iter().map(|lattice| Wave::new(model, lattice, parts.len(), threads)).collect();
-        Self { before, parts, seen: Vectors::zeros(model.particle_count()), waves }
+        Self {
+            method: match model.solver.integrator {
+                IntegratorKind::Euler => Box::new(Euler::new(model, threads)),
+                IntegratorKind::ForwardEuler => Box::new(RungeKutta::new(model, forward_euler::TABLEAU)),
+                IntegratorKind::Midpoint => Box::new(RungeKutta::new(model, midpoint::TABLEAU)),
+                IntegratorKind::Rk4 => Box::new(RungeKutta::new(model, rk4::TABLEAU)),
+                IntegratorKind::Verlet => Box::new(Verlet::new(model)),
+                IntegratorKind::ImplicitEuler => Box::new(ImplicitEuler::new(model)),
+                IntegratorKind::Bdf2 => Box::new(Bdf2::new(model)),
+            },
+        }
     }
 }
 
-fn parts(timing: &Timing) -> (f32, Vec<Part>) {
-    let count = timing.spring_steps;
-    let length = (timing.step_length / f64::from(count)) as f32;
-    let half = if count > 1 { 0.5 * length } else { 0.0 };
-    let part = |part| Part { kick: length, after: if part + 1 == count { length - half } else { length } };
-    (half, (0..count).map(part).collect())
-}
-
-/// A step of positions and velocities under springs and external forces: from `state` to `ends` and new velocities.
+/// A step of positions and velocities under all forces: from `state` to `ends` and new velocities. Returns how often all
+/// springs were looked at.
 pub fn propose(
     model: &Model,
     state: &mut State,
@@ -60,38 +72,15 @@ pub fn propose(
     forces: &mut Forces,
     integrator: &mut Integrator,
     pool: &Pool,
-) {
-    let State { positions, velocities, .. } = state;
-    let ahead = model.timing.springs_ahead as f32;
-    for cloth in &model.cloths {
-        let particles = cloth.particles();
-        match cloth.lattice {
-            Some(lattice) if !cloth.linked && !cloth.curved && !cloth.bends => {
-                let Integrator { before, parts, waves, .. } = integrator;
-                let (lattice, wave, before) = (&model.lattices[lattice], &mut waves[lattice], *before);
-                let acceleration = forces.acceleration();
-                wave.run(Step { lattice, before, parts, ahead, acceleration, positions, ends, velocities }, pool);
-            }
-            _ => {
-                let Integrator { before, parts, seen, .. } = &mut *integrator;
-                ends.set_scaled(particles.clone(), positions, velocities, *before, pool);
-                for part in parts {
-                    let springs_see = if ahead > 0.0 {
-                        seen.set_scaled(particles.clone(), ends, velocities, ahead, pool);
-                        &*seen
-                    } else {
-                        &*ends
-                    };
-                    forces::kick(model, cloth, springs_see, velocities, part.kick, forces, pool);
-                    ends.add_scaled(particles.clone(), velocities, part.after, pool);
-                }
-            }
-        }
-    }
+) -> u32 {
+    integrator.method.propose(Step { model, state, ends }, forces, pool)
 }
 
 /// The step has been admitted: its ends are the new positions, and the old ones are its ends.
-pub fn advance(state: &mut State, ends: &mut Vectors) {
+pub fn advance(model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) {
     std::mem::swap(&mut state.positions, ends);
     state.steps += 1;
+    if model.solver.integrator.remembers() {
+        state.past.displacements.set_scaled(0..model.particle_count(), &state.positions, ends, -1.0, pool);
+    }
 }

@@ -9,11 +9,8 @@ use super::bending::{CurvedCloth, Row};
 use super::part::{Panel, Part};
 use super::{
     Adjacency, Air, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice, Link,
-    MeshData, Model, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
-    curve::CurvesOfCloth,
-    grid, mesh, network, pins, reach, suits,
-    timing::{self, Rates},
-    weights,
+    MeshData, Model, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending, curve::CurvesOfCloth, grid, mesh,
+    network, pins, reach, stability::Rates, suits, timing, weights,
 };
 use crate::geometry::Vectors;
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source, WindLaw};
@@ -229,7 +226,8 @@ impl Assembly {
             buckling: Adjacency::new(count, self.buckling.into_iter()),
             curved: Curvatures::new(&self.particles, self.curved_cloths),
         };
-        let timing = timing::timing(scene, Rates::new(&self.particles, &springs, &bending, self.drag_rate + wind))?;
+        let timing = timing::timing(scene, &Rates::new(&self.particles, &springs, &bending, self.drag_rate + wind))?;
+        self.warnings.extend(timing::caution(scene, &timing));
         let around =
             (0..).zip(&self.panels).flat_map(|(index, panel)| panel.distinct().iter().map(move |&corner| (corner, index)));
         let mut lattices = Vec::new();
@@ -245,7 +243,7 @@ impl Assembly {
             }
             range.linked = range.lattice.is_none() || cloth.flexion_stiffness > 0.0;
         }
-        self.warnings.extend(suits::check(scene.solver.filter, &self.cloths, &springs, &self.particles)?);
+        self.warnings.extend(suits::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
         let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();
         let both_ways = listed.iter().flat_map(|&index| {

@@ -15,6 +15,7 @@ mod pins;
 mod reach;
 mod selection;
 mod springs;
+mod stability;
 mod suits;
 mod timing;
 mod weights;
@@ -157,7 +158,7 @@ pub struct Link {
 }
 
 /// The time step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Timing {
     /// Steps per frame.
     pub substeps: u32,

@@ -1,7 +1,7 @@
-//! Which filters can do nothing for which cloths.
+//! Which filters and integrators can do nothing for which cloths.
 
 use super::{Adjacency, ClothRange, Particles, Springs};
-use crate::scene::{FilterKind, SceneError};
+use crate::scene::{FilterKind, IntegratorKind, SceneError, Solver};
 
 /// Rods that leave a particle fewer degrees of freedom than this, on average, leave a cloth that cannot bend: every
 /// edge of a triangle mesh as a rod leaves none but for the border, warp and weft leave one.
@@ -12,11 +12,13 @@ const LEAST_FREEDOM: f64 = 0.5;
 /// # Errors
 /// Names the filter, the cloth, the reason and what would do instead.
 pub(super) fn check(
-    filter: FilterKind,
+    solver: &Solver,
     cloths: &[ClothRange],
     springs: &Springs,
     particles: &Particles,
 ) -> Result<Vec<String>, SceneError> {
+    let filter = solver.filter;
+    check_integrator(solver, cloths)?;
     let mut notes = Vec::new();
     for (index, cloth) in cloths.iter().enumerate() {
         let problem = match filter {
@@ -41,6 +43,28 @@ pub(super) fn check(
         }
     }
     Ok(notes)
+}
+
+/// Refuses an integrator that the filter or a cloth has no use for.
+fn check_integrator(solver: &Solver, cloths: &[ClothRange]) -> Result<(), SceneError> {
+    let name = serde_json::to_string(&solver.integrator).expect("an integrator is a word");
+    let refused = |problem: String| Err(SceneError::with_value("solver.integrator", name, problem));
+    // The paper's steps 1 to 6 give velocities, and its last line makes positions of them: X + V h.
+    let suitable = matches!(solver.integrator, IntegratorKind::Euler | IntegratorKind::ImplicitEuler);
+    if solver.filter == FilterKind::Sequential && !suitable {
+        let problem = "\"sequential\" is the paper's filter to the letter and leads to X + V h, which is not where this integrator \
+                       goes; use \"euler\" or \"implicit_euler\", or another filter, such as \"coarse_to_fine\"";
+        return refused(problem.to_owned());
+    }
+    let bends_along_a_curve = |cloth: &&ClothRange| !cloth.curvatures.is_empty();
+    match cloths.iter().find(bends_along_a_curve) {
+        Some(cloth) if solver.integrator.is_implicit() => refused(format!(
+            "{} bends along a measured curve, whose derivatives an implicit method would need; use \"euler\" or \"rk4\", or give \
+             its bending as a number",
+            cloth.name
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Why the rods of a cloth would lock it, if they would.

@@ -1,17 +1,13 @@
 //! How long a step is, and in how many parts springs and dampers take it.
-//!
-//! The bound on the step of the velocity-first Euler method holds in every configuration the cloth can take.
-//!
-//! A mode x'' = -w^2 x - g x' stays bounded if and only if h^2 w^2 + 2 h g < 4, that is
-//! h < 4 / (g + sqrt(g^2 + 4 w^2)). Gershgorin's theorem on the spring matrix bounds w^2 and g by the largest
-//! d_u/m_u + d_v/m_v over the springs uv, d being the sum of the constants at a particle (docs/equations.md, "Step").
 
-use super::{Bending, Particles, Springs, Timing};
-use crate::scene::{FilterKind, Scene, SceneError, Substeps};
+use super::Timing;
+use super::stability::{self, GROWTH_TIME, Rates, of_euler};
+use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
 
 /// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
 const SAFETY: f64 = 0.9;
-/// Longest step that "auto" takes with the coarse-to-fine filter [s], for the sake of the motion ..
+/// Longest step that "auto" takes where stability does not bound it [s], for the sake of the motion; with the coarse-to-fine
+/// filter ..
 const LONGEST: f64 = 1.0 / 120.0;
 /// .. if its limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
 /// filter that looks at the whole step only cannot stop them; the step is shorter ..
@@ -28,69 +24,25 @@ const TIGHT: f64 = 0.05;
 /// so that it is multiplied by cos(w h) - sin(w h) / (w h), which is up to 1.063: undamped, it would grow.
 const CALM: f64 = 1.2;
 
-/// The fastest rates in a model.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Rates {
-    /// w^2 of the springs that act as forces, and of bending [1/s^2].
-    frequency_squared: f64,
-    /// w^2 of all springs, those that are left to the filter as well [1/s^2].
-    resolved: f64,
-    /// g of dampers [1/s].
-    damping: f64,
-    /// g of the air [1/s].
-    drag: f64,
-}
-
-impl Rates {
-    /// Of springs, bending and dampers; `drag` is the largest rate at which the air slows a particle [1/s].
-    pub fn new(particles: &Particles, springs: &Springs, bending: &Bending, drag: f64) -> Self {
-        let largest = |constants: &[f32]| largest_rate(particles, springs, constants);
-        // A spring with a curve has a steepest slope and no k_s.
-        let with_curves =
-            |constants: &[f32]| constants.iter().zip(&springs.steepest).map(|(k, slope)| k + slope).collect::<Vec<f32>>();
-        // The largest eigenvalue of a sum is at most the sum of the largest ones.
-        let bending = bending.largest_rate(particles);
-        Self {
-            frequency_squared: largest(&with_curves(&springs.force_stiffness)) + bending,
-            resolved: largest(&with_curves(&springs.stiffness)) + bending,
-            damping: largest(&springs.damping),
-            drag,
-        }
-    }
-}
-
-/// The largest stable step [s] of modes with w^2 and g; infinite if nothing acts.
-fn bound(frequency_squared: f64, rate: f64) -> f64 {
-    4.0 / (rate + (rate * rate + 4.0 * frequency_squared).sqrt())
-}
+/// More steps a frame than this are a mistake in the scene.
+const MOST_STEPS: f64 = 100_000.0;
 
 /// The step: chosen, or checked against its bound.
 ///
-/// Most filters look at every step of the springs. The coarse-to-fine filter takes longer steps, within which
-/// springs and dampers go their own, shorter ones; only the air bounds it.
-pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> {
-    let Rates { frequency_squared, resolved, damping, drag } = rates;
-    let divided = scene.solver.filter == FilterKind::CoarseToFine;
-    let bound = if divided { self::bound(0.0, drag) } else { self::bound(frequency_squared, damping + drag) };
+/// Most filters look at every step of the springs. The coarse-to-fine filter takes longer steps of the Euler method, within
+/// which springs and dampers go their own, shorter ones; only the air bounds it.
+pub(super) fn timing(scene: &Scene, rates: &Rates) -> Result<Timing, SceneError> {
+    let divided = is_divided(scene);
+    let bound = if divided { of_euler(0.0, rates.drag) } else { stability::bound(&scene.solver, rates) };
     let frame = 1.0 / scene.fps;
-    let longest = if divided {
-        let spring_step = SAFETY * self::bound(frequency_squared, 0.0);
-        let limit = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(ROOMY, f64::min);
-        let parts = PARTS * (limit / TIGHT).max(1.0).powi(2);
-        let by_limit = (LONGEST * (limit / ROOMY).powf(ROOM_POWER)).min(parts * spring_step);
-        LONGEST.min(by_limit.max(spring_step)).min(SAFETY * bound)
-    } else {
-        let by_constraints = matches!(scene.solver.filter, FilterKind::Rods | FilterKind::FastProjection | FilterKind::Xpbd);
-        let longest = if by_constraints { LONGEST } else { f64::INFINITY };
-        // One pass of "xpbd" carries a load one spring further, as a step of explicit springs does.
-        longest.min(SAFETY * self::bound(resolved, damping + drag))
-    };
+    let longest = if divided { longest_divided(scene, rates, bound) } else { longest_whole(scene, rates, bound) };
     // A frame that is a whole number of longest steps but for rounding needs no further one.
     let enough = (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
     let substeps = match scene.solver.substeps {
         Substeps::Auto if enough > MOST_STEPS => {
             let problem = format!(
-                "\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness, bending or damping"
+                "\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness, bending or damping{}",
+                remedy(scene)
             );
             return Err(SceneError::at("solver.substeps", problem));
         }
@@ -100,9 +52,10 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
             if step > bound && !scene.solver.force_step {
                 let problem = format!(
                     "the step of {:.4} ms is over the stability bound of {:.4} ms (springs, bending, damping, drag and wind); \
-                     use at least {enough}, or \"auto\", or set solver.force_step = true",
+                     use at least {enough}, or \"auto\", or set solver.force_step = true{}",
                     step * 1e3,
-                    bound * 1e3
+                    bound * 1e3,
+                    remedy(scene)
                 );
                 return Err(SceneError::with_value("solver.substeps", count, problem));
             }
@@ -110,19 +63,74 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
         }
     };
     let step_length = frame / f64::from(substeps);
-    if !divided {
-        return Ok(Timing {
-            substeps,
-            step_length,
-            spring_steps: 1,
-            springs_ahead: 0.0,
-            damping_stages: u32::from(damping > 0.0),
-            bound,
-        });
+    if divided {
+        return divide(Timing { substeps, step_length, bound, ..Timing::default() }, rates);
     }
-    let undivided = step_length <= SAFETY * self::bound(frequency_squared, 0.0);
+    let damping_stages = u32::from(rates.damping > 0.0);
+    Ok(Timing { substeps, step_length, spring_steps: 1, springs_ahead: 0.0, damping_stages, bound })
+}
+
+/// What is to be said about an integrator that lets vibrations grow; nothing about others.
+pub(super) fn caution(scene: &Scene, timing: &Timing) -> Option<String> {
+    let name = growing(scene.solver.integrator)?;
+    Some(format!(
+        "solver.integrator = \"{name}\" lets every undamped vibration grow, however short the step; at its bound of {:.4} ms \
+         the fastest one by a factor e in {GROWTH_TIME} s; \"rk4\", \"verlet\" and \"euler\" do not",
+        timing.bound * 1e3
+    ))
+}
+
+fn growing(integrator: IntegratorKind) -> Option<&'static str> {
+    match integrator {
+        IntegratorKind::ForwardEuler => Some("forward_euler"),
+        IntegratorKind::Midpoint => Some("midpoint"),
+        _ => None,
+    }
+}
+
+/// More to say where a step is refused.
+fn remedy(scene: &Scene) -> String {
+    growing(scene.solver.integrator).map_or_else(String::new, |name| {
+        format!(
+            "; {name:?} lets undamped vibrations grow at any step, and this bound keeps them to a factor e in {GROWTH_TIME} s: \
+             \"rk4\", \"verlet\" or \"euler\" take longer steps"
+        )
+    })
+}
+
+/// Whether springs and dampers take the filter's step in parts.
+fn is_divided(scene: &Scene) -> bool {
+    scene.solver.filter == FilterKind::CoarseToFine && scene.solver.integrator == IntegratorKind::Euler
+}
+
+/// The longest step of "auto" where it is divided further [s].
+fn longest_divided(scene: &Scene, rates: &Rates, bound: f64) -> f64 {
+    let spring_step = SAFETY * of_euler(rates.frequency_squared, 0.0);
+    let limit = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(ROOMY, f64::min);
+    let parts = PARTS * (limit / TIGHT).max(1.0).powi(2);
+    let by_limit = (LONGEST * (limit / ROOMY).powf(ROOM_POWER)).min(parts * spring_step);
+    LONGEST.min(by_limit.max(spring_step)).min(SAFETY * bound)
+}
+
+/// The longest step of "auto" that all forces take whole [s].
+fn longest_whole(scene: &Scene, rates: &Rates, bound: f64) -> f64 {
+    let by_constraints = matches!(scene.solver.filter, FilterKind::Rods | FilterKind::FastProjection | FilterKind::Xpbd);
+    let for_motion = by_constraints || scene.solver.integrator.is_implicit();
+    let longest = if for_motion { LONGEST.min(SAFETY * bound) } else { SAFETY * bound };
+    if rates.resolved == rates.frequency_squared {
+        return longest;
+    }
+    // One pass of "xpbd" carries a load one spring further, as a step of explicit springs does.
+    longest.min(SAFETY * of_euler(rates.resolved, rates.damping + rates.drag))
+}
+
+/// Parts of the springs, and stages of the dampers.
+fn divide(step: Timing, rates: &Rates) -> Result<Timing, SceneError> {
+    let Timing { substeps, step_length, .. } = step;
+    let (square, damping) = (rates.frequency_squared, rates.damping);
+    let undivided = step_length <= SAFETY * of_euler(square, 0.0);
     let ahead = if undivided || damping * step_length >= CALM { 0.0 } else { CALM / step_length };
-    let spring_steps = (step_length / (SAFETY * self::bound(frequency_squared, ahead))).ceil().max(1.0);
+    let spring_steps = (step_length / (SAFETY * of_euler(square, ahead))).ceil().max(1.0);
     if spring_steps * f64::from(substeps) > MOST_STEPS {
         let problem = format!("springs would need {spring_steps} parts of each step; lower stiffness or bending");
         return Err(SceneError::at("solver.substeps", problem));
@@ -130,26 +138,6 @@ pub(super) fn timing(scene: &Scene, rates: Rates) -> Result<Timing, SceneError> 
     let rate = step_length * damping / SAFETY;
     // s stages are stable up to h g = s^2 + s.
     let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
-    let springs_ahead = if ahead > 0.0 { ahead / frequency_squared } else { 0.0 };
-    Ok(Timing { substeps, step_length, spring_steps: spring_steps as u32, springs_ahead, damping_stages, bound })
-}
-
-/// More steps a frame than this are a mistake in the scene.
-const MOST_STEPS: f64 = 100_000.0;
-
-fn largest_rate(particles: &Particles, springs: &Springs, constants: &[f32]) -> f64 {
-    let mut sums = vec![0.0_f64; particles.mass.len()];
-    for (ends, &constant) in springs.ends.iter().zip(constants) {
-        for &end in ends {
-            sums[end as usize] += f64::from(constant);
-        }
-    }
-    let rate = |end: u32| sums[end as usize] * f64::from(particles.inverse_mass[end as usize]);
-    springs
-        .ends
-        .iter()
-        .zip(constants)
-        .filter(|(_, constant)| **constant > 0.0)
-        .map(|(&[u, v], _)| rate(u) + rate(v))
-        .fold(0.0, f64::max)
+    let springs_ahead = if ahead > 0.0 { ahead / square } else { 0.0 };
+    Ok(Timing { spring_steps: spring_steps as u32, springs_ahead, damping_stages, ..step })
 }

@@ -13,7 +13,7 @@ pub struct Solver {
     pub substeps: Substeps,
     /// Allow a step over the stability bound (true, false).
     pub force_step: bool,
-    /// How velocities and positions advance: "euler" (the paper's, velocity first); where "coarse_to_fine" divides a step, leapfrog inside it.
+    /// How velocities and positions advance: "euler" (the paper's, velocity first; where "coarse_to_fine" divides a step, leapfrog inside it), "forward_euler" (to show why not), "midpoint", "rk4", "verlet", "implicit_euler" or "bdf2".
     pub integrator: IntegratorKind,
     /// What limits the stretch: "coarse_to_fine" (no spring over its limit, ever), "sweeps", "sequential" (the paper's steps 1 to 6 to the letter), "provot", "rods", "fast_projection", "tethers", "xpbd" or "none".
     pub filter: FilterKind,
@@ -56,6 +56,32 @@ impl Solver {
 pub enum IntegratorKind {
     /// Velocity first, position with the new velocity (paper, section 3; symplectic Euler today).
     Euler,
+    /// Position with the old velocity: vibrations grow.
+    ForwardEuler,
+    /// The explicit midpoint method, order 2: vibrations grow slowly.
+    Midpoint,
+    /// The classical Runge-Kutta method, order 4.
+    Rk4,
+    /// Velocity Verlet, order 2.
+    Verlet,
+    /// Linearised backward Euler (Baraff & Witkin 1998): stable at any step, and damps.
+    ImplicitEuler,
+    /// The second-order backward differences of Choi & Ko 2002: stable at any step, damps less.
+    Bdf2,
+}
+
+impl IntegratorKind {
+    /// Whether the state has to carry the last step.
+    #[must_use]
+    pub fn remembers(self) -> bool {
+        self == Self::Bdf2
+    }
+
+    /// Whether the stability of springs, bending and dampers does not bound the step.
+    #[must_use]
+    pub fn is_implicit(self) -> bool {
+        matches!(self, Self::ImplicitEuler | Self::Bdf2)
+    }
 }
 
 /// What turns proposed velocities into admissible ones.

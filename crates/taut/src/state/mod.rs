@@ -21,13 +21,56 @@ pub struct State {
     pub velocities: Vectors,
     /// Steps taken since the start, from which the time follows without rounding.
     pub steps: u64,
+    /// What a two-step integrator remembers.
+    pub past: Past,
+}
+
+/// The last step, as a two-step integrator needs it; empty with all others, and zero before the first step.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Past {
+    /// X less the X before [m].
+    pub displacements: Vectors,
+    /// What forces added to V [m/s]; filters are left out.
+    pub gains: Vectors,
+}
+
+impl Past {
+    /// No step yet.
+    #[must_use]
+    pub fn none(model: &Model) -> Self {
+        let count = if model.solver.integrator.remembers() { model.particle_count() } else { 0 };
+        Self { displacements: Vectors::zeros(count), gains: Vectors::zeros(count) }
+    }
+
+    /// Whether nothing has ever moved.
+    #[must_use]
+    pub fn is_blank(&self) -> bool {
+        self.displacements.iter().chain(self.gains.iter()).all(|vector| vector == Vec3::ZERO)
+    }
+}
+
+/// Positions and velocities at one moment, as forces see them; those of a state, or of a stage within a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment<'a> {
+    /// X [m].
+    pub positions: &'a Vectors,
+    /// V [m/s].
+    pub velocities: &'a Vectors,
+    /// t [s].
+    pub time: f64,
 }
 
 impl State {
     /// The model at rest where the scene put it.
     #[must_use]
     pub fn new(model: &Model) -> Self {
-        Self { positions: model.particles.rest.clone(), velocities: Vectors::zeros(model.particle_count()), steps: 0 }
+        Self::at(model, model.particles.rest.clone(), Vectors::zeros(model.particle_count()), 0)
+    }
+
+    /// The model at some place; a two-step integrator starts anew.
+    #[must_use]
+    pub fn at(model: &Model, positions: Vectors, velocities: Vectors, steps: u64) -> Self {
+        Self { positions, velocities, steps, past: Past::none(model) }
     }
 
     /// Time since the start [s].
@@ -36,17 +79,26 @@ impl State {
         self.steps as f64 * model.timing.step_length
     }
 
+    /// Where it is now.
+    #[must_use]
+    pub fn moment(&self, model: &Model) -> Moment<'_> {
+        Moment { positions: &self.positions, velocities: &self.velocities, time: self.time(model) }
+    }
+
     /// Makes this a copy of `other`, without allocating when the sizes agree.
     pub fn copy_from(&mut self, other: &Self) {
         self.positions.copy_from(&other.positions);
         self.velocities.copy_from(&other.velocities);
+        self.past.displacements.copy_from(&other.past.displacements);
+        self.past.gains.copy_from(&other.past.gains);
         self.steps = other.steps;
     }
 
-    /// XXH3 hash of all positions and then all velocities, each as x, y, z in little-endian `f32`.
+    /// XXH3 hash of all positions, then all velocities and then the past, if any, each as x, y, z in little-endian `f32`.
     #[must_use]
     pub fn hash(&self) -> u64 {
-        hash_vectors(self.positions.iter().chain(self.velocities.iter()))
+        let past = self.past.displacements.iter().chain(self.past.gains.iter());
+        hash_vectors(self.positions.iter().chain(self.velocities.iter()).chain(past))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::State;
+use super::{Past, State};
 use crate::geometry::Vectors;
 use crate::model::Model;
 
@@ -27,14 +27,16 @@ pub enum SnapshotError {
 }
 
 impl State {
-    /// The state as bytes: magic, fingerprint, steps, the six coordinate arrays (little-endian `f32`), XXH3 of all these.
+    /// The state as bytes: magic, fingerprint, steps, the coordinate arrays of positions, velocities and the past, if any
+    /// (little-endian `f32`), XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(HEADER + 24 * self.positions.len() + CHECKSUM);
         bytes.extend(MAGIC);
         bytes.extend(model.fingerprint.to_le_bytes());
         bytes.extend(self.steps.to_le_bytes());
-        for column in columns(&self.positions).into_iter().chain(columns(&self.velocities)) {
+        let all = [&self.positions, &self.velocities, &self.past.displacements, &self.past.gains];
+        for column in all.into_iter().flat_map(columns) {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
         }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
@@ -55,14 +57,18 @@ impl State {
         }
         let number = |at: usize| content[at..at + 8].iter().rev().fold(0_u64, |value, &byte| value << 8 | u64::from(byte));
         let count = model.particle_count();
-        if number(8) != model.fingerprint || content.len() != HEADER + 24 * count {
+        let of_past = Past::none(model).gains.len();
+        if number(8) != model.fingerprint || content.len() != HEADER + 24 * (count + of_past) {
             return Err(SnapshotError::OtherModel);
         }
         let mut values = content[HEADER..].chunks_exact(4).map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]));
-        let mut column = || values.by_ref().take(count).collect::<Vec<f32>>();
-        let positions = Vectors { x: column(), y: column(), z: column() };
-        let velocities = Vectors { x: column(), y: column(), z: column() };
-        Ok(Self { positions, velocities, steps: number(16) })
+        let mut vectors = |count| {
+            let mut column = || values.by_ref().take(count).collect::<Vec<f32>>();
+            Vectors { x: column(), y: column(), z: column() }
+        };
+        let (positions, velocities) = (vectors(count), vectors(count));
+        let past = Past { displacements: vectors(of_past), gains: vectors(of_past) };
+        Ok(Self { positions, velocities, steps: number(16), past })
     }
 }
 

@@ -53,6 +53,21 @@ impl Buckling {
         self.scale * (a + t * (b + t * (c + t * (d + t * (e + t * f)))))
     }
 
+    /// Derivative of the pull by the distance [N/m]; none where it is not compressed.
+    #[must_use]
+    pub fn slope(&self, distance: f64) -> f64 {
+        let rest = f64::from(self.rest);
+        let t = 1.0 - distance / rest;
+        if t <= 0.0 {
+            return 0.0;
+        }
+        if t < f64::from(self.knee) {
+            return f64::from(self.elastic) / rest;
+        }
+        let [_, b, c, d, e, f] = CURVE;
+        -f64::from(self.scale) / rest * (b + t * (2.0 * c + t * (3.0 * d + t * (4.0 * e + t * 5.0 * f))))
+    }
+
     /// Energy at a distance [J]: the integral of the pull.
     #[must_use]
     pub fn energy(&self, distance: f32) -> f64 {

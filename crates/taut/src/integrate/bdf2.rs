@@ -1,0 +1,78 @@
+//! The backward differences of second order (Choi & Ko, *Stable but responsive cloth*, 2002, section 4), linearised.
+//!
+//! With D and E for what the last step added to X and V, and b = 2 h / 3,
+//! `V' = V + E / 3 + F(X', V') b / M`, `X' = X + D / 3 + V' b`. Order 2, stable for springs, bending and dampers at any step; it
+//! damps much less than backward Euler what is slower than the step. D and E are part of the state; without them (both zero: at
+//! the start, or where a state was set) a step is one of backward Euler, `V' = V + F(X', V') h / M`, `X' = X + V' h`.
+//!
+//! *Where the forces are linear.* Springs, bending and dampers around the beginning of the step, as in the paper. That needs exact
+//! derivatives for order 2, and those of compressed springs are not. (Around what the last step points to, inexact ones would do,
+//! but stiff cloth in long steps then gains energy.) What acts from outside is taken where the last step points to.
+//!
+//! *Filters.* E is what forces added. A plain V - V_before would carry a third of what a filter stops into the next step, as a
+//! bounce.
+
+use super::{LinearSystem, Method, Step};
+use crate::forces::{self, Forces};
+use crate::geometry::{Pool, Vectors};
+use crate::model::Model;
+use crate::state::{Moment, Past, State};
+
+/// A linear system for each cloth.
+pub(super) struct Bdf2 {
+    systems: Vec<LinearSystem>,
+    /// Where the last step points to [m].
+    ahead: Vectors,
+    /// With which velocities it does, and with which ones everything would go on [m/s].
+    drift: Vectors,
+}
+
+/// How much the last step counts, and b [s].
+struct Weights {
+    last: f32,
+    reach: f64,
+}
+
+impl Bdf2 {
+    pub fn new(model: &Model) -> Self {
+        let zeros = || Vectors::zeros(model.particle_count());
+        let systems = model.cloths.iter().map(|cloth| LinearSystem::new(model, cloth)).collect();
+        Self { systems, ahead: zeros(), drift: zeros() }
+    }
+}
+
+impl Method for Bdf2 {
+    fn propose(&mut self, step: Step<'_>, forces: &mut Forces, pool: &Pool) -> u32 {
+        let Step { model, state, ends } = step;
+        let (all, length, start) = (0..model.particle_count(), model.timing.step_length, state.time(model));
+        let weights = if state.past.is_blank() {
+            Weights { last: 0.0, reach: length }
+        } else {
+            Weights { last: 1.0 / 3.0, reach: 2.0 / 3.0 * length }
+        };
+        let State { positions, velocities, past: Past { displacements, gains }, .. } = state;
+        let Self { systems, ahead, drift } = self;
+        // Where the last step points to.
+        ahead.set_scaled(all.clone(), positions, velocities, length as f32, pool);
+        drift.set_scaled(all.clone(), velocities, gains, 1.0, pool);
+        let outside = Moment { positions: ahead, velocities: drift, time: start + length };
+        forces::inside_and_outside(model, Moment { positions, velocities, time: start }, outside, forces, pool);
+        // (D / 3 + V b) / b: how fast everything would go on.
+        drift.set_scaled(all.clone(), velocities, displacements, weights.last / weights.reach as f32, pool);
+        let mut passes = 1;
+        for system in systems {
+            system.look(positions, weights.reach, pool);
+            let gain = f64::from(weights.last) / weights.reach;
+            let right = |own: &LinearSystem, particle| {
+                own.force(forces, particle) + own.momentum(gains, particle) * gain + own.pull_of(drift, particle)
+            };
+            passes += system.solve(right, pool);
+            // The change itself: what single precision leaves of the sum would be remembered.
+            system.write_changes(gains, pool);
+        }
+        velocities.add_scaled(all.clone(), gains, 1.0, pool);
+        drift.add_scaled(all.clone(), gains, 1.0, pool);
+        ends.set_scaled(all, positions, drift, weights.reach as f32, pool);
+        passes
+    }
+}
