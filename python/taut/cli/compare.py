@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taut.cli.arguments import SceneArgument
 from taut.cli.console import STOPPED, Bars, asked_to_stop, expected_errors, fail
 
 if TYPE_CHECKING:
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    scene: Annotated[Path, typer.Argument(help="What to simulate.", metavar="SCENE.toml")],
+    scene: SceneArgument,
     out: Annotated[Path, typer.Option(help="The folder to write.", metavar="DIR")],
     filters: Annotated[str, typer.Option(help="Names that solver.filter allows, or all.")] = "all",
     integrators: Annotated[
