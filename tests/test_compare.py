@@ -248,7 +248,7 @@ def test_names_come_from_the_schema() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--filters", "none,tether"], "filters = 'tether': must be some of none, sequential, sweeps"),
+        (["--filters", "none,tether"], "tethers, xpbd, or all; did you mean tethers?"),
         (["--filters", ","], "filters is empty: name some of none"),
         (["--integrators", "leapfrog"], "integrators = 'leapfrog': must be some of euler"),
         (["--set", "cloth[0].density=-1"], "scene.cloth[0].density = -1"),

@@ -1,10 +1,14 @@
 """Numbers of a run as tables for people."""
 
+from typing import TYPE_CHECKING
+
 from rich.console import Console
 from rich.table import Table
 
 from taut.cache import Cache, Summary, cloth_of
-from taut.compare import Comparison
+
+if TYPE_CHECKING:
+    from taut.compare import Comparison
 
 Rows = list[tuple[str, str]]
 
@@ -39,7 +43,7 @@ def full_table(cache: Cache, summary: Summary) -> Rows:
     ]
 
 
-def comparison_table(found: Comparison) -> Rows:
+def comparison_table(found: "Comparison") -> Rows:
     """A line for each run of a comparison, and one for each method that could not take part."""
     rows = []
     for run in found.runs:

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Literal
 
 from taut import _taut
-from taut.errors import CompareError
+from taut.errors import CompareError, did_you_mean
 from taut.scene import Scene
 
 
@@ -57,7 +57,8 @@ def _names(option: str, names: Sequence[str], allowed: tuple[str, ...]) -> list[
         raise CompareError(f"{option} is empty: name some of {', '.join(allowed)}, or all")
     for name in names:
         if name not in (*allowed, "all"):
-            raise CompareError(f"{option} = {name!r}: must be some of {', '.join(allowed)}, or all")
+            near = did_you_mean(name, allowed)
+            raise CompareError(f"{option} = {name!r}: must be some of {', '.join(allowed)}, or all{near}")
     return list(allowed) if "all" in names else list(dict.fromkeys(names))
 
 

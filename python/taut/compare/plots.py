@@ -1,4 +1,4 @@
-"""The plots of a comparison. One colour a filter, one style of lines and marks an integrator, in all of them."""
+"""The plots of a comparison: one colour a filter, one style of lines and marks an integrator."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
