@@ -14,6 +14,7 @@ from PIL import Image
 from taut import Cache, Scene, Simulation, record
 from taut.compare import FORMAT, Conditions, Method, Options, choose, compare, known
 from taut.compare.measure import energy_kept
+from taut.compare.methods import dial_of
 from taut.compare.neighbours import one_pass
 from taut.errors import CompareError, SimulationError
 
@@ -234,6 +235,18 @@ def test_momentum_of_a_free_cloth(taut: Command, tmp_path: Path) -> None:
     assert "pin" in refused["reason"]
     assert f"- `tethers` refuses: {refused['reason']}" in (tmp_path / "out" / "compare.md").read_text()
     assert "tethers  refused: " in done.out
+
+
+def test_the_dial_of_a_method() -> None:
+    grid = {"grid": {"size": [1.0, 1.0], "cells": [2, 2]}}
+    springs = Scene({"cloth": [grid]})
+    curve = Scene({"cloth": [grid | {"curves": {"tension": [[0.05, 1.0], [0.1, 50.0]]}}]})
+    dials = {name: dial_of(Method(name, "euler"), springs).name for name in known("FilterKind")}
+    passes = {name for name, dial in dials.items() if dial == "passes"}
+    assert (
+        passes == {"provot", "sweeps", "rods"} and dials["none"] == "stiffness" and dials["xpbd"] == "steps"
+    )
+    assert dial_of(Method("none", "euler"), curve).name == "steps"  # a curve has no stiffness to turn up
 
 
 def test_names_come_from_the_schema() -> None:

@@ -168,7 +168,7 @@ def _run_method(
     target = found.target
     if target is None or found.limit is None:
         return
-    dial, out = dial_of(method), folder / CACHES / f"{name}-equal.zarr"
+    dial, out = dial_of(method, scene), folder / CACHES / f"{name}-equal.zarr"
     if usual.ended is None and usual.figures.worst_stretch <= target:
         found.searches.append((method, Search(dial, (), 1.0)))
         return

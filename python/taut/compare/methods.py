@@ -102,6 +102,8 @@ _DIALS = {
 }
 
 
-def dial_of(method: Method) -> Dial:
-    """The dial that brings a method nearer to the limit: of most, the number of steps."""
-    return _DIALS.get(method.filter, Dial("steps"))
+def dial_of(method: Method, scene: Scene) -> Dial:
+    """The dial that brings a method nearer to the limit: of most, and of measured curves, the steps."""
+    dial = _DIALS.get(method.filter, Dial("steps"))
+    curved = not any(cloth.get("stiffness") for cloth in scene.document["cloth"])
+    return Dial("steps") if dial.name == "stiffness" and curved else dial
