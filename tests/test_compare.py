@@ -240,7 +240,7 @@ def test_momentum_of_a_free_cloth(taut: Command, tmp_path: Path) -> None:
 def test_the_dial_of_a_method() -> None:
     grid = {"grid": {"size": [1.0, 1.0], "cells": [2, 2]}}
     springs = Scene({"cloth": [grid]})
-    curve = Scene({"cloth": [grid | {"curves": {"tension": [[0.05, 1.0], [0.1, 50.0]]}}]})
+    curve = Scene({"cloth": [grid | {"curves": {"tension": [[0, 0], [0.05, 1.0], [0.1, 50.0]]}}]})
     dials = {name: dial_of(Method(name, "euler"), springs).name for name in known("FilterKind")}
     passes = {name for name, dial in dials.items() if dial == "passes"}
     assert (
