@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind work-precision drape docs gallery wheel clean
+.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures compare wind work-precision drape docs gallery wheel clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built
@@ -71,6 +71,9 @@ wheel: setup
 
 figures: setup
 	$(BIN)/python tools/figures.py
+
+compare: setup
+	$(BIN)/python tools/compare.py
 
 wind: setup
 	$(BIN)/python tools/wind.py

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from in_memory import Recording, chain, grid, moved
 from PIL import Image
 from taut.frames import Frames, frame_rate, links, up_axis, vertex_stretch
-from taut.render import RenderError, RenderOptions, render_film, render_still
+from taut.render import RenderError, RenderOptions, render_film, render_still, render_strip
 from taut.render.caption import Letterer
 from taut.render.framing import VIEW_ANGLE, frame_motion
 from taut.render.rendering import _moments
@@ -161,6 +161,35 @@ def test_panels_of_different_rates_and_lengths_run_in_time():
     assert _moments([fast]) == [(i,) for i in range(61)]
 
 
+# ---- strips
+
+
+def test_a_strip_has_a_row_for_each_simulation_and_a_column_for_each_moment(tmp_path):
+    still = grid(9, 7)
+    motion = [still.motion[0] + np.float32([0.1 * i, 0, 0]) for i in range(6)]
+    moving = moved(still, motion, scene={"fps": 10}, title="Moving")
+    resting = moved(still, motion[:1], scene={"fps": 10}, title="Resting")
+    render_strip([moving, resting], [0.0, 0.21, 9.0], tmp_path / "strip.png", RenderOptions(size=SMALL))
+    with Image.open(tmp_path / "strip.png") as image:
+        strip = np.asarray(image.convert("RGB")).astype(int)
+    width, height = SMALL
+    assert strip.shape[1] == 3 * width and 2 * height < strip.shape[0] < 3 * height
+    panels = strip[: 2 * height].reshape(2, height, 3, width, 3).transpose(0, 2, 1, 3, 4)[:, :, 40:, 3:-3]
+    for one, other in ((0, 1), (1, 2), (0, 2)):
+        assert np.abs(panels[0, one] - panels[0, other]).mean() > 1
+        assert np.abs(panels[1, one] - panels[1, other]).mean() < 0.5
+    # The same cloth at the same place: one camera for all.
+    assert np.abs(panels[0, 0] - panels[1, 0]).mean() < 0.5
+    # The moment is the nearest frame, after the end the last.
+    for time, nearest in ((0.21, 0.2), (9.0, 0.5)):
+        pictures = []
+        for at in (time, nearest):
+            render_strip([moving], [at], tmp_path / "one.png", RenderOptions(size=SMALL, overwrite=True))
+            with Image.open(tmp_path / "one.png") as image:
+                pictures.append(np.asarray(image))
+        assert np.array_equal(*pictures)
+
+
 # ---- refusals
 
 
@@ -192,6 +221,7 @@ def test_still_refusals(tmp_path, panels, name, options, message):
     [
         ({"color": "blue"}, "color = 'blue': must be one of strain, fabric"),
         ({"size": (10, 10)}, "must be 64 to 4096"),
+        ({"columns": 0}, "columns = 0: must be 1 or more"),
         ({"strain_top": 0.0}, "must be above 0"),
         ({"strain_top": float("nan")}, "must be above 0"),
         ({"strain_top": float("inf")}, "must be above 0"),
@@ -200,6 +230,15 @@ def test_still_refusals(tmp_path, panels, name, options, message):
 def test_option_refusals(options, message):
     with pytest.raises(RenderError, match=message):
         RenderOptions(**options)
+
+
+def test_strip_refusals(tmp_path):
+    with pytest.raises(RenderError, match="name a moment or more"):
+        render_strip([stretched(0)], [], tmp_path / "strip.png")
+    with pytest.raises(RenderError, match="nothing to render"):
+        render_strip([], [0.0], tmp_path / "strip.png")
+    with pytest.raises(RenderError, match="'Recording' has no frames"):
+        render_strip([stretched(0, 0)], [0.0], tmp_path / "strip.png")
 
 
 def test_film_refusals(tmp_path):

@@ -32,15 +32,17 @@ FORBIDDEN_IN_ENGINE = re.compile(
 
 # Modules of the package that may not import the ones on the right.
 PACKAGE_RULES: dict[str, set[str]] = {
-    "formats": {"bench", "cli", "cache", "render", "run", "simulation"},
-    "render": {"bench", "cli", "cache", "formats", "run", "simulation"},
-    "cache": {"bench", "cli", "render", "formats", "run"},
-    "scene": {"bench", "cli", "cache", "render", "run", "simulation"},
-    "simulation": {"bench", "cli", "render"},
-    "run": {"bench", "cli", "render"},
-    "bench": {"cli", "cache", "render", "run"},
-    "doctor": {"cli", "cache", "formats", "run"},
-    "laboratory": {"bench", "cli", "cache", "render", "formats", "run"},
+    "formats": {"bench", "cli", "cache", "compare", "figures", "render", "run", "simulation"},
+    "render": {"bench", "cli", "cache", "compare", "figures", "formats", "run", "simulation"},
+    "cache": {"bench", "cli", "compare", "figures", "render", "formats", "run"},
+    "scene": {"bench", "cli", "cache", "compare", "figures", "render", "run", "simulation"},
+    "simulation": {"bench", "cli", "compare", "figures", "render"},
+    "run": {"bench", "cli", "compare", "figures", "render"},
+    "bench": {"cli", "cache", "render", "run", "compare", "figures"},
+    "compare": {"cli", "formats", "figures"},
+    "figures": {"cli", "formats"},
+    "doctor": {"cli", "cache", "compare", "figures", "formats", "run"},
+    "laboratory": {"bench", "cli", "cache", "compare", "figures", "render", "formats", "run"},
 }
 
 LONGEST_FILE = 450

@@ -5,7 +5,14 @@ from difflib import get_close_matches
 
 from taut._taut import SceneError, SimulationError
 
-__all__ = ["CacheError", "CacheWriteError", "SceneError", "SimulationError", "did_you_mean"]
+__all__ = [
+    "CacheError",
+    "CacheWriteError",
+    "CompareError",
+    "SceneError",
+    "SimulationError",
+    "did_you_mean",
+]
 
 
 class CacheError(ValueError):
@@ -14,6 +21,10 @@ class CacheError(ValueError):
 
 class CacheWriteError(RuntimeError):
     """Frames could not be written (disk full, folder gone ..); the frames written before stay readable."""
+
+
+class CompareError(ValueError):
+    """Methods cannot be compared as asked: a name is unknown, or none of them simulates the scene."""
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

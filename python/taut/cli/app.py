@@ -2,7 +2,7 @@
 
 import typer
 
-from taut.cli import bench, doctor, export, info, new, render, run, scenes, schema
+from taut.cli import bench, compare, doctor, export, figures, info, new, render, run, scenes, schema
 
 app = typer.Typer(
     help="Cloth that does not stretch: scene file in, moving cloth out.",
@@ -27,6 +27,8 @@ app.command("run")(run.command)
 app.command("render")(render.command)
 app.command("export")(export.command)
 app.command("info")(info.command)
+app.command("compare")(compare.command)
+app.command("figures")(figures.command)
 app.command("bench")(bench.command)
 app.command("schema")(schema.command)
 app.command("doctor")(doctor.command)

@@ -1,9 +1,10 @@
 """What goes to the terminal besides results: errors, warnings, bars. All of it to standard error."""
 
 import os
+import signal
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from types import TracebackType
+from contextlib import ExitStack, contextmanager
+from types import FrameType, TracebackType
 from typing import Self
 
 import typer
@@ -40,10 +41,18 @@ def expected_errors() -> Iterator[None]:
 
     With ``TAUT_TRACEBACK=1`` in the environment they keep their traceback.
     """
-    from taut.errors import CacheError, CacheWriteError, SceneError, SimulationError
+    from taut.errors import CacheError, CacheWriteError, CompareError, SceneError, SimulationError
     from taut.formats import MeshError, OutputError
 
-    expected = (CacheError, CacheWriteError, SceneError, SimulationError, MeshError, OutputError)
+    expected = (
+        CacheError,
+        CacheWriteError,
+        CompareError,
+        SceneError,
+        SimulationError,
+        MeshError,
+        OutputError,
+    )
     try:
         yield
     except expected as error:
@@ -83,3 +92,48 @@ class Bar:
         """Leave the bar as it stands."""
         if self._seen:
             self._progress.stop()
+
+
+class Bars:
+    """A bar for each thing that is made, one after the other; used in ``with``."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        """Quiet bars are never seen."""
+        self._quiet = quiet
+        self._stack = ExitStack()
+        self._name = ""
+        self._bar: Bar | None = None
+
+    def update(self, name: str, done: int, total: int, note: str = "") -> None:
+        """Show that `done` of `total` frames of the thing of this name are done."""
+        if self._bar is None or name != self._name:
+            self._stack.close()
+            self._name, self._bar = name, self._stack.enter_context(Bar(name, self._quiet))
+        self._bar.update(done, total, note)
+
+    def __enter__(self) -> Self:
+        """Return these bars."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave the last bar as it stands."""
+        self._stack.close()
+
+
+@contextmanager
+def asked_to_stop() -> Iterator[list[int]]:
+    """Collect Ctrl-C, so that the frame in hand is finished first; a second one stops at once."""
+    asked: list[int] = []
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        if asked:
+            raise KeyboardInterrupt
+        asked.append(number)
+
+    before = signal.signal(signal.SIGINT, on_signal)
+    try:
+        yield asked
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,16 +1,12 @@
 """``taut run``."""
 
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from taut.cli.arguments import SceneArgument
-from taut.cli.console import BAD_INPUT, STOPPED, Bar, expected_errors, fail, warn
+from taut.cli.console import BAD_INPUT, STOPPED, Bar, asked_to_stop, expected_errors, fail, warn
 
 if TYPE_CHECKING:
     from taut.run import Existing, Progress, Recording
@@ -70,7 +66,7 @@ def _record_with_bar(
     """Record; on Ctrl-C keep what is there and say how to go on."""
     from taut.run import record
 
-    with Bar(out.name, quiet) as bar, _asked_to_stop() as asked:
+    with Bar(out.name, quiet) as bar, asked_to_stop() as asked:
 
         def on_frame(now: "Progress") -> None:
             bar.update(now.frame + 1, now.frames, f"worst stretch {100 * now.worst_stretch:.2f} %")
@@ -82,20 +78,3 @@ def _record_with_bar(
         except KeyboardInterrupt:
             message = f"stopped; {out} has all frames so far: the same command with --resume goes on"
     raise fail(message, STOPPED)
-
-
-@contextmanager
-def _asked_to_stop() -> Iterator[list[int]]:
-    """Collect Ctrl-C, so that the frame in hand is finished first; a second one stops at once."""
-    asked: list[int] = []
-
-    def on_signal(number: int, frame: FrameType | None) -> None:
-        if asked:
-            raise KeyboardInterrupt
-        asked.append(number)
-
-    before = signal.signal(signal.SIGINT, on_signal)
-    try:
-        yield asked
-    finally:
-        signal.signal(signal.SIGINT, before)

@@ -1,9 +1,14 @@
 """Numbers of a run as tables for people."""
 
+from typing import TYPE_CHECKING
+
 from rich.console import Console
 from rich.table import Table
 
 from taut.cache import Cache, Summary, cloth_of
+
+if TYPE_CHECKING:
+    from taut.compare import Comparison
 
 Rows = list[tuple[str, str]]
 
@@ -36,6 +41,21 @@ def full_table(cache: Cache, summary: Summary) -> Rows:
         ("threads", str(summary.threads)),
         ("written by", f"taut {summary.version}"),
     ]
+
+
+def comparison_table(found: "Comparison") -> Rows:
+    """A line for each run of a comparison, and one for each method that could not take part."""
+    rows = []
+    for run in found.runs:
+        figures = run.figures
+        worst = f"worst stretch {_per_cent(figures.worst_stretch)}"
+        cost = "" if figures.ms_per_frame is None else f", {figures.ms_per_frame:.3g} ms a frame"
+        ended = f"; ended early: {run.ended}" if run.ended else ""
+        rows.append((run.label, worst + cost + ended))
+    for method, search in found.searches:
+        if search.factor is None:
+            rows.append((found.labels[method], f"limit not reached: {search.why_not}"))
+    return rows + [(found.labels[refusal.method], f"refused: {refusal.reason}") for refusal in found.refused]
 
 
 def show(rows: Rows) -> None:

@@ -2,6 +2,7 @@
 
 from taut.render.options import RenderError, RenderOptions
 from taut.render.rendering import FILM_EXTENSIONS, STILL_EXTENSIONS, render_film, render_still
+from taut.render.strip import render_strip
 
 __all__ = [
     "FILM_EXTENSIONS",
@@ -10,4 +11,5 @@ __all__ = [
     "RenderOptions",
     "render_film",
     "render_still",
+    "render_strip",
 ]

@@ -23,6 +23,8 @@ class RenderOptions:
     """``strain``: a heat map of the stretch; ``fabric``: plain two-sided cloth."""
     size: tuple[int, int] = (800, 720)
     """Width and height of each cache's panel [pixels]."""
+    columns: int | None = None
+    """Panels in a row; ``None``: three panels or less in one row, more in a square."""
     strain_top: float | None = None
     """Stretch at the top of the heat map (0.1 is 10 %); ``None``: twice the strain limit."""
     overwrite: bool = False
@@ -40,5 +42,7 @@ class RenderOptions:
             raise RenderError(f"color = {self.color!r}: must be one of {', '.join(get_args(Color))}")
         if not all(64 <= side <= 4096 for side in self.size):
             raise RenderError(f"size = {self.size}: a panel must be 64 to 4096 pixels wide and high")
+        if self.columns is not None and self.columns < 1:
+            raise RenderError(f"columns = {self.columns}: must be 1 or more")
         if self.strain_top is not None and not 0 < self.strain_top < float("inf"):
             raise RenderError(f"strain_top = {self.strain_top}: must be above 0; 0.1 is 10 %")

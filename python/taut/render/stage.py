@@ -36,7 +36,7 @@ class Stage:
         """
         self._panels, self._oversampling = panels, oversampling
         width, height = options.size
-        columns = len(panels) if len(panels) <= 3 else math.ceil(math.sqrt(len(panels)))
+        columns = options.columns or (len(panels) if len(panels) <= 3 else math.ceil(math.sqrt(len(panels))))
         rows = math.ceil(len(panels) / columns)
         self._scale = strain_scale(panels, options.strain_top)
         framing = frame_motion(panels, width / height)
