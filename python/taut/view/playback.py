@@ -1,0 +1,165 @@
+"""Recordings behind the page: one playhead for all of them."""
+
+import threading
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from taut.cache import Cache
+from taut.errors import CacheError
+from taut.frames import frame_rate
+from taut.view import wire
+from taut.view.board import Board, Client, Mailbox
+from taut.view.pace import Pace
+from taut.view.picture import Mesh, Panel, pack_layout, pack_picture
+
+_LEAST_PAUSE = 1 / 61
+"""Pictures do not follow each other faster than this [s]; at high speed frames are left out."""
+
+
+class PlaybackShow:
+    """One cache or several in lock-step: each shows its last frame that is not later than the playhead."""
+
+    def __init__(self, caches: Sequence[Cache]) -> None:
+        """Open at the first frame.
+
+        Raises:
+            CacheError: a cache is damaged.
+        """
+        self.board, self.mail = Board(), Mailbox()
+        self._caches = list(caches)
+        self._rate = frame_rate(self._caches[0])
+        self._end = max(float(cache.time[-1]) for cache in self._caches)
+        self._frames = 1 + round(self._end * self._rate)
+        self._limits = [_limits(cache) for cache in self._caches]
+        self._frame = 0
+        self._playing, self._loop = True, True
+        self._pace = Pace(self._rate)
+        self._note = (0, "")
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="taut-view", daemon=True)
+        meshes = [_mesh(cache) for cache in self._caches]
+        self.board.layout = pack_layout(meshes, self._caches[0].scene, live=False)
+        self._tell()
+        self._show()
+
+    def start(self) -> None:
+        """Let it run."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End it."""
+        self._stop.set()
+        self.mail.put(0, wire.Play(False))
+        self._thread.join()
+
+    def leave(self, client: Client) -> None:
+        """A page is gone; it held nothing."""
+
+    def _run(self) -> None:
+        since, begun = time.perf_counter(), self._frame
+        while not self._stop.is_set():
+            orders = self.mail.take()
+            for _, order in orders:
+                self._obey(order)
+            if orders or not self._playing:
+                since, begun = time.perf_counter(), self._frame
+            if not self._playing:
+                self._pace.rest()
+                self.mail.wait(1.0)
+                continue
+            now = begun + int((time.perf_counter() - since) * self._rate * self._pace.speed)
+            if now >= self._frames:
+                self._playing = self._loop
+                now = 0 if self._loop else self._frames - 1
+                since, begun = time.perf_counter(), now
+                self._tell()
+            if now != self._frame:
+                self._frame = now
+                self._show()
+            self.mail.wait(max(_LEAST_PAUSE, 0.5 / (self._rate * self._pace.speed)))
+
+    def _obey(self, order: wire.Order) -> None:
+        match order:
+            case wire.Play(on):
+                again = on and not self._playing and self._frame + 1 == self._frames
+                self._frame = 0 if again else self._frame
+                self._playing = on
+            case wire.Step():
+                self._playing = False
+                self._frame = (self._frame + 1) % self._frames
+            case wire.Reset():
+                self._frame = 0
+            case wire.Speed(value):
+                self._pace.speed = value
+            case wire.Loop(on):
+                self._loop = on
+            case wire.Seek(frame):
+                self._frame = min(frame, self._frames - 1)
+            case _:
+                self._say(
+                    f"{type(order).__name__.lower()}: a recording cannot be changed; open a scene for that"
+                )
+        self._tell()
+        self._show()
+
+    def _say(self, text: str) -> None:
+        self._note = self._note[0] + 1, text
+
+    def _tell(self) -> None:
+        status = {
+            "title": " | ".join(cache.title for cache in self._caches),
+            "playing": self._playing,
+            "speed": self._pace.speed,
+            "loop": self._loop,
+            "frames": self._frames,
+            "note": self._note,
+            "controls": [],
+            "warnings": [],
+        }
+        self.board.post_status(status)
+
+    def _show(self) -> None:
+        try:
+            panels = [self._panel(index) for index in range(len(self._caches))]
+        except CacheError as error:
+            self._playing = False
+            self._say(str(error))
+            self._tell()
+            return
+        header = {
+            "time": self._frame / self._rate,
+            "frame": self._frame,
+            "factor": self._pace.speed if self._playing else 0.0,
+            "wind": (self._caches[0].scene.get("wind") or {}).get("velocity", [0, 0, 0]),
+            "held": [],
+        }
+        self.board.post_picture(lambda number: pack_picture(number, header, panels))
+
+    def _panel(self, index: int) -> Panel:
+        cache = self._caches[index]
+        moment = (self._frame + 0.01) / self._rate
+        frame = max(0, int(np.searchsorted(cache.time, moment, side="right")) - 1)
+        numbers = cache.diagnostics
+        energies = ("kinetic_energy", "elastic_energy", "potential_energy")
+        return Panel(
+            mesh=index,
+            name=f"{cache.path.stem}: {cache.scene['solver']['filter']}",
+            positions=cache.positions(frame),
+            limits=self._limits[index],
+            limited=cache.scene["solver"]["filter"] != "none",
+            worst=float(numbers["worst_stretch"][frame]),
+            energies=[float(numbers[name][frame]) for name in energies],
+            ms=float(numbers["ms"][frame]),
+        )
+
+
+def _mesh(cache: Cache) -> Mesh:
+    firsts = [int(cloth["first_vertex"]) for cloth in cache.attributes["cloths"]]
+    rest = cache.positions(0)
+    return Mesh(rest, cache.faces, cache.springs, cache.spring_kind, cache.rest_length, [cache.pins], firsts)
+
+
+def _limits(cache: Cache) -> list[float]:
+    return [float(cloth["strain_limit"]) for cloth in cache.scene["cloth"]]
