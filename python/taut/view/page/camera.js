@@ -13,14 +13,20 @@ export class Camera {
   home(centre, radius) {
     this.ball = { centre, radius };
     this.target = [...centre];
-    this.distance = null;
+    this.aspect = 1;
+    /** 1: the ball fills the picture. */
+    this.closeness = 1;
     this.turn = -1.12;
     this.tilt = 0.2;
   }
 
-  /** The distance at which the ball fills the picture is known once its shape is. */
-  fit(aspect) {
-    if (this.distance === null) this.distance = (1.06 * this.ball.radius) / Math.sin(ANGLE / 2) / Math.min(1, aspect);
+  get distance() {
+    return (1.06 * this.ball.radius) / Math.sin(ANGLE / 2) / Math.min(1, this.aspect) / this.closeness;
+  }
+
+  /** Height of the picture where it looks [m]. */
+  get height() {
+    return 2 * Math.tan(ANGLE / 2) * this.distance;
   }
 
   get eye() {
@@ -31,7 +37,7 @@ export class Camera {
 
   /** World to clip coordinates for a picture of this width over height. */
   matrix(aspect) {
-    this.fit(aspect);
+    this.aspect = aspect;
     const near = 0.02 * this.distance;
     const projection = perspective(ANGLE, aspect, near, near + 60 * Math.max(this.distance, this.ball.radius));
     return multiply(projection, lookAt(this.eye, this.target, [0, 0, 1]));
@@ -59,13 +65,11 @@ export class Camera {
   /** Move sideways by so many pictures' heights. */
   pan(dx, dy) {
     const { right, up } = this.axes();
-    const height = 2 * Math.tan(ANGLE / 2) * this.distance;
-    this.target = add(this.target, add(scale(right, -dx * height), scale(up, dy * height)));
+    this.target = add(this.target, add(scale(right, -dx * this.height), scale(up, dy * this.height)));
   }
 
   zoom(factor) {
-    const { radius } = this.ball;
-    this.distance = Math.min(40 * radius, Math.max(0.15 * radius, this.distance * factor));
+    this.closeness = Math.min(25, Math.max(0.1, this.closeness / factor));
   }
 }
 

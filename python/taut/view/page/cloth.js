@@ -19,6 +19,7 @@ export class Mesh {
     this.clothOfSpring = this.ownersOfSprings(layout.meshes[index].first_vertices);
     this.bare = this.uncovered();
     this.texture = this.flattened();
+    this.meanLength = this.lengths.reduce((sum, length) => sum + length, 0) / Math.max(1, this.lengths.length);
   }
 
   /** Positions with z up. */

@@ -147,21 +147,30 @@ export class Drawing {
   drawLines(view, look) {
     const { cloth } = view;
     const bare = cloth.mesh.bare;
-    if (bare.length) this.ribbons(view, cloth.segments(bare), [0.55, 0.2, 0.14, 1], 2.2 * look.density, 0);
-    if (look.marks && cloth.overCount) this.ribbons(view, cloth.over, [1, 0.84, 0.2, 1], 1.5 * look.density, 6e-4);
+    if (bare.length) this.ribbons(view, cloth.segments(bare), [0.55, 0.2, 0.14], 2.2 * look.density, 0);
+    if (look.marks && cloth.overCount) {
+      // Thin enough to leave most of the cloth to be seen where all springs are marked.
+      const long = (0.5 * cloth.mesh.meanLength * view.part.height) / look.height;
+      this.ribbons(view, cloth.over, [1, 0.84, 0.2], Math.min(1.5 * look.density, Math.max(0.3, 0.3 * long)), 6e-4);
+    }
     const threads = view.hands.flatMap(({ vertex, target }) => [...cloth.at(vertex), ...target]);
-    if (threads.length) this.ribbons(view, new Float32Array(threads), [0.1, 0.13, 0.16, 1], 2 * look.density, 2e-3);
+    if (threads.length) this.ribbons(view, new Float32Array(threads), [0.1, 0.13, 0.16], 2 * look.density, 2e-3);
   }
 
   ribbons({ camera, part }, segments, paint, width, nearer) {
     const { gl } = this;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.segments);
     gl.bufferData(gl.ARRAY_BUFFER, segments, gl.DYNAMIC_DRAW);
-    this.use("lines", { camera, size: [part.width, part.height], width, nearer, paint });
+    // A ribbon of less than a pixel is drawn as one that lets the cloth through.
+    const [red, green, blue] = paint, seen = Math.min(1, width);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    this.use("lines", { camera, size: [part.width, part.height], width: Math.max(1, width), nearer, paint: [red, green, blue, seen] });
     this.attribute(0, this.ribbon, 2);
     this.attribute(1, this.segments, 3, 24, 0, 1);
     this.attribute(2, this.segments, 3, 24, 12, 1);
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, segments.length / 6);
+    gl.disable(gl.BLEND);
     this.clean(3);
   }
 
@@ -178,10 +187,10 @@ export class Drawing {
     this.solids(this.ball, held, [0.12, 0.15, 0.18], IDENTITY, light);
     const speed = length(look.wind);
     if (speed > 0.05) {
-      const long = look.radius * Math.min(1.1, 0.16 + 0.075 * speed);
+      const long = look.radius * Math.min(0.5, 0.12 + 0.035 * speed);
       const way = unit(look.wind);
-      // Against the wind from the middle of the cloth, near the top.
-      const place = add(look.centre, add(scale(way, -1.05 * look.radius - long), [0, 0, 0.62 * look.radius]));
+      // Against the wind from the middle of the cloth, near its top.
+      const place = add(look.centre, add(scale(way, -0.68 * look.radius - long), [0, 0, 0.66 * look.radius]));
       const model = along(way, long, [0, 0, 0]);
       this.solids(this.arrow, [...place, 1], [0.17, 0.42, 0.66], model, light);
     }

@@ -178,13 +178,13 @@ class Viewer {
     $("cost").textContent = panels.map((panel) => `${panel.ms.toFixed(1)} ms`).join(" | ");
     $("over").textContent = this.cloths.map((cloth) => cloth.overCount).join(" | ");
     $("clock").textContent = `${time.toFixed(2)} s`;
-    $("rate").textContent = factor > 0 ? `${factor.toFixed(2)}× real time` : "paused";
+    $("rate").textContent = factor > 0 ? `${factor.toFixed(2)}×` : "paused";
     if (!this.live && document.activeElement !== $("seek")) $("seek").value = String(frame);
     this.showNames(panels);
   }
 
   showNames(panels) {
-    const names = panels.length > 1 ? panels.map((panel) => panel.name.replaceAll("_", " ")) : [];
+    const names = panels.length > 1 ? panels.map(({ name, limited }) => (this.live && !limited ? "without limit" : name.replaceAll("_", " "))) : [];
     const key = names.join("|") + this.canvas.clientWidth;
     if (key === this.namesShown) return;
     this.namesShown = key;
@@ -229,8 +229,8 @@ class Viewer {
       this.canvas.height = height;
     }
     const wind = this.meshes[0].fromScene(this.picture.wind);
-    this.camera.fit(width / height);
-    this.drawing.draw(this.views(), { ...this.look, wind, eye: this.camera.eye, density });
+    const views = this.views();
+    this.drawing.draw(views, { ...this.look, wind, eye: this.camera.eye, height: this.camera.height, density });
     $("legend").hidden = this.look.colour !== "strain";
     for (const plot of Object.values(this.plots)) plot.draw();
   }
@@ -287,7 +287,7 @@ class Viewer {
       this.note(error.message);
     }
     $("film").setAttribute("aria-pressed", String(Boolean(this.film)));
-    $("film").textContent = this.film ? "Stop and save" : "Film";
+    $("film").textContent = this.film ? "Save film" : "Film";
   }
 
   key(event) {
