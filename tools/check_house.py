@@ -95,7 +95,10 @@ def long_files() -> list[str]:
     broken = []
     for folder in ("benches", "crates", "python", "tests", "tools"):
         for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix in {".rs", ".py", ".js", ".css"} and (lines := len(path.read_text().splitlines())) > LONGEST_FILE:
+            if (
+                path.suffix in {".rs", ".py", ".js", ".css"}
+                and (lines := len(path.read_text().splitlines())) > LONGEST_FILE
+            ):
                 broken.append(f"{path.relative_to(ROOT)}: {lines} lines; split it (at most {LONGEST_FILE})")
     return broken
 

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import signal
+import socket
 import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -48,9 +49,8 @@ def command(
 
     def ready() -> None:
         typer.echo(f"{url} shows it; Ctrl-C stops it")
-        typer.echo(
-            f"from another machine: ssh -L {port}:127.0.0.1:{port} this-machine, then open the same address there"
-        )
+        tunnel = f"ssh -L {port}:127.0.0.1:{port} {socket.gethostname()}"
+        typer.echo(f"from another machine: {tunnel}, then the same address there")
         if browser:
             webbrowser.open(url)
 

@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from taut.view.controls import controls
 from taut.view.wire import Grab, Order, Pin, Release, Set
 
 Client = int
@@ -21,7 +22,7 @@ class Board:
     def __init__(self) -> None:
         """Start with an empty board."""
         self._lock = threading.Lock()
-        self._listener: Callable[[], None] | None = None
+        self._listener: Callable[[], object] | None = None
         self.layout = b""
         """Topology of what is shown; never changes once it is there."""
         self.status: tuple[int, str] = (0, "{}")
@@ -29,7 +30,7 @@ class Board:
         self.picture: tuple[int, bytes] = (0, b"")
         """Its number and what is shown now."""
 
-    def listen(self, listener: Callable[[], None] | None) -> None:
+    def listen(self, listener: Callable[[], object] | None) -> None:
         """Have `listener` called, in the show's thread, whenever something is new."""
         with self._lock:
             self._listener = listener
@@ -55,7 +56,7 @@ class Board:
 
 
 class Mailbox:
-    """Orders that wait for the show. Of orders for the same thing only the last one is kept, so it cannot overflow."""
+    """Orders that wait for the show. Only the last one for each thing is kept, so that it cannot overflow."""
 
     def __init__(self) -> None:
         """Start empty."""
@@ -88,7 +89,7 @@ def _subject(client: Client, order: Order) -> tuple[object, ...]:
     if isinstance(order, Grab | Release):
         return "hand", client
     if isinstance(order, Set):
-        return Set, order.control if len(order.control) < 20 else ""
+        return Set, order.control if order.control in controls() else None
     if isinstance(order, Pin):
         return Pin, client
     return (type(order),)

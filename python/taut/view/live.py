@@ -1,9 +1,8 @@
 """A simulation that runs behind the page, in a thread of its own."""
 
 import threading
-import time
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,45 +11,10 @@ from taut.scene import Scene
 from taut.simulation import Simulation
 from taut.view import controls, wire
 from taut.view.board import Board, Client, Mailbox
-from taut.view.hands import Hands, hand_over, weights
+from taut.view.hands import Hands, hand_over
 from taut.view.pace import Pace
-from taut.view.picture import Mesh, Panel, pack_layout, pack_picture
-
-_BARE = ("solver.filter=none", "solver.substeps=auto")
-"""What makes a scene the bare mass-spring cloth."""
-
-
-@dataclass(frozen=True)
-class Wish:
-    """Everything on which the simulations depend; another wish means other simulations."""
-
-    changes: tuple[tuple[str, tuple[str, ...]], ...] = ()
-    """For each control that was used the settings that it means."""
-    held: frozenset[int] = frozenset()
-    """Vertices in a hand."""
-    compare: bool = False
-    """Whether the bare cloth is shown as well."""
-
-    def apply(self, scene: Scene) -> Scene:
-        """The scene with what was changed.
-
-        Raises:
-            SceneError: it is no valid scene.
-        """
-        return scene.with_settings([setting for _, settings in self.changes for setting in settings])
-
-
-def build(scene: Scene, wish: Wish, base: Simulation | None, threads: int | None) -> list[Simulation]:
-    """The simulations that a wish asks for; `base` is any earlier one of this scene.
-
-    Raises:
-        SceneError: one of them cannot be simulated.
-    """
-    changed = wish.apply(scene)
-    if base is not None and wish.held:
-        changed = changed.with_settings(weights(base, wish.held, changed.document))
-    scenes = [changed, changed.with_settings(_BARE)] if wish.compare else [changed]
-    return [Simulation(one, threads) for one in scenes]
+from taut.view.picture import Mesh, pack_layout, pack_picture
+from taut.view.runs import Run, Wish, build
 
 
 class LiveShow:
@@ -71,11 +35,11 @@ class LiveShow:
         self._document = scene.document
         self._hands = Hands()
         self._wish = self._running = Wish()
-        self._simulations = build(scene, self._wish, None, threads)
-        self._rest = self._simulations[0].positions.copy()
-        self._building: tuple[Wish, Future[list[Simulation]]] | None = None
+        self._runs = build(scene, self._wish, None, threads)
+        self._rest = self._runs[0].simulation.positions.copy()
+        self._building: tuple[Wish, Future[list[Run]]] | None = None
         self._builder = ThreadPoolExecutor(1, "taut-build")
-        self._frame, self._ms = 0, [0.0, 0.0]
+        self._frame = 0
         self._playing, self._single = True, False
         self._pace = Pace(scene.fps)
         self._note = (0, "")
@@ -88,7 +52,11 @@ class LiveShow:
     @property
     def simulations(self) -> list[Simulation]:
         """What runs now: the scene, and beside it the bare cloth if that was asked for."""
-        return self._simulations
+        return [run.simulation for run in self._runs]
+
+    @property
+    def _first(self) -> Simulation:
+        return self._runs[0].simulation
 
     def start(self) -> None:
         """Let it run."""
@@ -107,31 +75,38 @@ class LiveShow:
 
     def _run(self) -> None:
         while not self._stop.is_set():
-            for client, order in self.mail.take():
-                self._obey(client, order)
-            self._rebuild()
-            if self._playing or self._single:
-                self._single = False
-                self._advance()
-                self._show()
+            self.turn()
+            if self._playing:
                 self._pace.wait()
             else:
                 self._pace.rest()
-                self.mail.wait(0.02 if self._building else 1.0)
+                self.mail.wait(0.02 if self.is_building else 1.0)
+
+    @property
+    def is_building(self) -> bool:
+        """Whether something that was changed is not yet in force."""
+        return self._building is not None or self._wish != self._running
+
+    def turn(self) -> None:
+        """Obey, take over what was built, simulate a frame if time runs; :meth:`start` repeats it."""
+        for client, order in self.mail.take():
+            self._obey(client, order)
+        self._rebuild()
+        if self._playing or self._single:
+            self._single = False
+            self._advance()
+            self._show()
 
     def _advance(self) -> None:
-        self._hands.apply(self._simulations)
-        for index, simulation in enumerate(self._simulations):
-            start = time.perf_counter()
-            try:
-                simulation.step(simulation.substeps)
-            except SimulationError as error:
-                self._playing = False
-                self._say(f"{error}; press reset, or take back what was changed last")
-                self._tell()
-                return
-            ms = 1e3 * (time.perf_counter() - start)
-            self._ms[index] += 0.1 * (ms - self._ms[index])
+        self._hands.apply(self.simulations)
+        try:
+            for run in self._runs:
+                run.advance()
+        except SimulationError as error:
+            self._playing = False
+            self._say(f"{error}; press reset, or take back what was changed last")
+            self._tell()
+            return
         self._frame += 1
 
     # Orders.
@@ -158,12 +133,12 @@ class LiveShow:
             case wire.Set(name, value):
                 self._set(name, value)
             case wire.Grab():
-                self._hands.grab(client, order, self._simulations[0])
+                self._hands.grab(client, order, self._first)
                 self._hold()
             case wire.Release():
                 self._release(client)
             case wire.Pin():
-                self._hands.move_pin(order, self._simulations[0])
+                self._hands.move_pin(order, self._first)
             case _:
                 raise wire.OrderError(f"{type(order).__name__.lower()} is for recordings")
 
@@ -183,14 +158,14 @@ class LiveShow:
     def _release(self, client: Client) -> None:
         grab = self._hands.grabs.pop(client, None)
         if grab is not None and grab.vertex not in self._hands.held:
-            for simulation in self._simulations:
+            for simulation in self.simulations:
                 simulation.release(grab.vertex)
         self._hold()
 
     def _reset(self) -> None:
         self._frame = 0
         self._hands.pins.clear()
-        for simulation in self._simulations:
+        for simulation in self.simulations:
             simulation.set_state(self._rest, np.zeros_like(self._rest), 0)
             for group in range(len(simulation.pin_groups)):
                 simulation.shift_pins(group, (0, 0, 0), np.inf)
@@ -211,14 +186,15 @@ class LiveShow:
                 self._say(str(error))
             self._tell()
         if self._building is None and self._wish != self._running:
-            arguments = self._scene, self._wish, self._simulations[0], self._threads
+            arguments = self._scene, self._wish, self._first, self._threads
             self._building = self._wish, self._builder.submit(build, *arguments)
 
-    def _take_over(self, wish: Wish, new: list[Simulation]) -> None:
-        last = len(self._simulations) - 1
-        for index, simulation in enumerate(new):
-            hand_over(self._simulations[min(index, last)], simulation, self._frame)
-        self._simulations, self._running = new, wish
+    def _take_over(self, wish: Wish, new: list[Run]) -> None:
+        for index, run in enumerate(new):
+            before = self._runs[min(index, len(self._runs) - 1)]
+            hand_over(before.simulation, run.simulation, self._frame)
+            run.ms = before.ms
+        self._runs, self._running = new, wish
         self._show()
 
     # What pages see.
@@ -234,12 +210,12 @@ class LiveShow:
             "compare": self._wish.compare,
             "note": self._note,
             "controls": [control.describe(self._document) for control in controls.controls().values()],
-            "warnings": self._simulations[0].warnings,
+            "warnings": self._first.warnings,
         }
         self.board.post_status(status)
 
     def _layout(self) -> bytes:
-        simulation = self._simulations[0]
+        simulation = self._first
         mesh = Mesh(
             self._rest,
             simulation.faces,
@@ -252,26 +228,12 @@ class LiveShow:
         return pack_layout([mesh], self._document, live=True)
 
     def _show(self) -> None:
-        panels = [self._panel(index) for index in range(len(self._simulations))]
+        panels = [run.panel() for run in self._runs]
         header = {
-            "time": self._simulations[0].time,
+            "time": self._first.time,
             "frame": self._frame,
             "factor": self._pace.factor,
             "wind": (self._document.get("wind") or {}).get("velocity", [0, 0, 0]),
             "held": sorted(self._hands.held),
         }
         self.board.post_picture(lambda number: pack_picture(number, header, panels))
-
-    def _panel(self, index: int) -> Panel:
-        simulation = self._simulations[index]
-        document, report = simulation.scene.document, simulation.report
-        return Panel(
-            mesh=0,
-            name=document["solver"]["filter"],
-            positions=simulation.positions,
-            limits=[float(cloth["strain_limit"]) for cloth in document["cloth"]],
-            limited=document["solver"]["filter"] != "none",
-            worst=report.worst_stretch,
-            energies=(report.kinetic_energy, report.elastic_energy, report.potential_energy),
-            ms=self._ms[index],
-        )

@@ -11,7 +11,6 @@ from taut.errors import CacheError
 from taut.frames import frame_rate
 from taut.view import wire
 from taut.view.board import Board, Client, Mailbox
-from taut.view.pace import Pace
 from taut.view.picture import Mesh, Panel, pack_layout, pack_picture
 
 _LEAST_PAUSE = 1 / 61
@@ -35,7 +34,8 @@ class PlaybackShow:
         self._limits = [_limits(cache) for cache in self._caches]
         self._frame = 0
         self._playing, self._loop = True, True
-        self._pace = Pace(self._rate)
+        self._speed = 1.0
+        self._since, self._begun = time.perf_counter(), 0
         self._note = (0, "")
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="taut-view", daemon=True)
@@ -58,27 +58,28 @@ class PlaybackShow:
         """A page is gone; it held nothing."""
 
     def _run(self) -> None:
-        since, begun = time.perf_counter(), self._frame
         while not self._stop.is_set():
-            orders = self.mail.take()
-            for _, order in orders:
-                self._obey(order)
-            if orders or not self._playing:
-                since, begun = time.perf_counter(), self._frame
-            if not self._playing:
-                self._pace.rest()
-                self.mail.wait(1.0)
-                continue
-            now = begun + int((time.perf_counter() - since) * self._rate * self._pace.speed)
-            if now >= self._frames:
-                self._playing = self._loop
-                now = 0 if self._loop else self._frames - 1
-                since, begun = time.perf_counter(), now
-                self._tell()
-            if now != self._frame:
-                self._frame = now
-                self._show()
-            self.mail.wait(max(_LEAST_PAUSE, 0.5 / (self._rate * self._pace.speed)))
+            self.turn(time.perf_counter())
+            self.mail.wait(max(_LEAST_PAUSE, 0.5 / (self._rate * self._speed)) if self._playing else 1.0)
+
+    def turn(self, now: float) -> None:
+        """Obey, and show the frame that is due at `now` [s]; :meth:`start` repeats it."""
+        orders = self.mail.take()
+        for _, order in orders:
+            self._obey(order)
+        if orders or not self._playing:
+            self._since, self._begun = now, self._frame
+        if not self._playing:
+            return
+        due = self._begun + int((now - self._since) * self._rate * self._speed)
+        if due >= self._frames:
+            self._playing = self._loop
+            due = 0 if self._loop else self._frames - 1
+            self._since, self._begun = now, due
+            self._tell()
+        if due != self._frame:
+            self._frame = due
+            self._show()
 
     def _obey(self, order: wire.Order) -> None:
         match order:
@@ -92,7 +93,7 @@ class PlaybackShow:
             case wire.Reset():
                 self._frame = 0
             case wire.Speed(value):
-                self._pace.speed = value
+                self._speed = value
             case wire.Loop(on):
                 self._loop = on
             case wire.Seek(frame):
@@ -109,9 +110,9 @@ class PlaybackShow:
 
     def _tell(self) -> None:
         status = {
-            "title": " | ".join(cache.title for cache in self._caches),
+            "title": " | ".join(dict.fromkeys(cache.title for cache in self._caches)),
             "playing": self._playing,
-            "speed": self._pace.speed,
+            "speed": self._speed,
             "loop": self._loop,
             "frames": self._frames,
             "note": self._note,
@@ -131,7 +132,7 @@ class PlaybackShow:
         header = {
             "time": self._frame / self._rate,
             "frame": self._frame,
-            "factor": self._pace.speed if self._playing else 0.0,
+            "factor": self._speed if self._playing else 0.0,
             "wind": (self._caches[0].scene.get("wind") or {}).get("velocity", [0, 0, 0]),
             "held": [],
         }

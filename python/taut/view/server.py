@@ -3,7 +3,8 @@
 import asyncio
 import itertools
 import socket
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import Protocol
 from urllib.parse import urlsplit
 
@@ -68,7 +69,7 @@ class Server:
             stop: ends it.
         """
         loop = asyncio.get_running_loop()
-        self._show.board.listen(lambda: loop.call_soon_threadsafe(self._wake))
+        self._show.board.listen(partial(loop.call_soon_threadsafe, self._wake))
         app = web.Application(middlewares=[only_from_here], client_max_size=LONGEST_ORDER)
         app.router.add_get("/socket", self._socket)
         app.router.add_get("/{name:.*}", self._file)
@@ -165,7 +166,7 @@ class _Drawn:
 
 @web.middleware
 async def only_from_here(
-    request: web.Request, handler: Callable[[web.Request], "asyncio.Future[web.StreamResponse]"]
+    request: web.Request, handler: Callable[[web.Request], Awaitable[web.StreamResponse]]
 ) -> web.StreamResponse:
     """Refuse what other sites make a browser ask: their names stand in Host or Origin.
 

@@ -153,7 +153,8 @@ def parse(text: str) -> Order:
     make, fields = _FIELDS[kind]
     if message.keys() != fields.keys():
         raise OrderError(f"{kind}: must have the fields {', '.join(fields) or 'none'}")
-    return make(**{name: read(f"{kind}.{name}", message[name]) for name, read in fields.items()})
+    order: Order = make(**{name: read(f"{kind}.{name}", message[name]) for name, read in fields.items()})
+    return order
 
 
 def _flag(name: str, value: object) -> bool:

@@ -151,7 +151,7 @@ export class Drawing {
     if (look.marks && cloth.overCount) {
       // Thin enough to leave most of the cloth to be seen where all springs are marked.
       const long = (0.5 * cloth.mesh.meanLength * view.part.height) / look.height;
-      this.ribbons(view, cloth.over, [1, 0.84, 0.2], Math.min(1.5 * look.density, Math.max(0.3, 0.3 * long)), 6e-4);
+      this.ribbons(view, cloth.over, [1, 0.84, 0.2], Math.min(1.5 * look.density, Math.max(0.25, 0.2 * long)), 6e-4);
     }
     const threads = view.hands.flatMap(({ vertex, target }) => [...cloth.at(vertex), ...target]);
     if (threads.length) this.ribbons(view, new Float32Array(threads), [0.1, 0.13, 0.16], 2 * look.density, 2e-3);

@@ -69,8 +69,10 @@ class Viewer {
     this.cloths = [];
     this.picture = this.waiting = null;
     const { low, high } = bounds(this.meshes[0].rest);
-    this.look.centre = scale(add(low, high), 0.5);
     this.look.radius = Math.max(0.05, 0.5 * length(sub(high, low)));
+    // A cloth that lies flat will hang.
+    low[2] = Math.min(low[2], high[2] - 1.2 * this.look.radius);
+    this.look.centre = scale(add(low, high), 0.5);
     this.look.cell = 10 ** Math.round(Math.log10(this.look.radius / 8));
     this.look.floor = Math.min(0, low[2]);
     if (low[2] > 3 * this.look.radius) this.look.floor = low[2] - this.look.radius;
