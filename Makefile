@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures wind drape docs gallery wheel clean
+.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures viewer-pictures wind drape docs gallery wheel clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built
@@ -71,6 +71,10 @@ wheel: setup
 
 figures: setup
 	$(BIN)/python tools/figures.py
+
+# The page of `taut view`, in Chromium.
+viewer-pictures: setup
+	$(BIN)/python tools/viewer_pictures.py
 
 wind: setup
 	$(BIN)/python tools/wind.py

@@ -146,7 +146,7 @@ def test_the_limit_is_switched_off_and_on(page: Page, shown: Viewing) -> None:
     assert page.evaluate(worst) <= 0.04 * (1 + 1e-4)
 
 
-def test_side_by_side_colours_still_and_a_moved_pin(page: Page, shown: Viewing) -> None:
+def test_side_by_side_colours_still_film_and_a_moved_pin(page: Page, shown: Viewing) -> None:
     page.click("#compare")
     until(page, "viewer.cloths.length === 2")
     page.click("[data-colour=strain]")
@@ -160,6 +160,12 @@ def test_side_by_side_colours_still_and_a_moved_pin(page: Page, shown: Viewing) 
     assert Image.open(download.value.path()).size == tuple(
         page.evaluate("[viewer.canvas.width, viewer.canvas.height]")
     )
+    with page.expect_download() as download:
+        page.click("#film")
+        page.wait_for_timeout(500)
+        page.click("#film")
+    head = download.value.path().read_bytes()[:12]
+    assert head.startswith(b"\x1aE\xdf\xa3") or head[4:8] == b"ftyp", "it is WebM or MP4"
     pin = shown.show.simulations[0].pin_groups[0][0]
     x, y = page.evaluate(f"viewer.where({pin})")
     page.mouse.move(x, y)

@@ -18,6 +18,7 @@ export class Mesh {
     this.vertices = this.rest.length / 3;
     this.clothOfSpring = this.ownersOfSprings(layout.meshes[index].first_vertices);
     this.bare = this.uncovered();
+    this.knots = [...new Set(this.bare.flatMap((spring) => [this.springs[2 * spring], this.springs[2 * spring + 1]]))];
     this.texture = this.flattened();
     this.meanLength = this.lengths.reduce((sum, length) => sum + length, 0) / Math.max(1, this.lengths.length);
   }
@@ -63,6 +64,22 @@ export class Mesh {
       if (!covered[this.springs[2 * spring]] || !covered[this.springs[2 * spring + 1]]) bare.push(spring);
     }
     return bare;
+  }
+
+  /** The box in which the cloth will mostly be: what lies flat will hang from its pins. */
+  box() {
+    const { low, high } = bounds(this.rest);
+    const at = (vertex) => this.rest.subarray(3 * vertex, 3 * vertex + 3);
+    const pins = [...this.pinned.keys()];
+    const lies = high[2] - low[2] < 0.3 * Math.hypot(high[0] - low[0], high[1] - low[1]);
+    if (lies && pins.length) {
+      const away = (vertex) => Math.min(...pins.map((pin) => Math.hypot(...at(pin).map((part, axis) => part - at(vertex)[axis]))));
+      let reach = 0;
+      const stride = Math.max(1, Math.floor((this.vertices * pins.length) / 200_000));
+      for (let vertex = 0; vertex < this.vertices; vertex += stride) reach = Math.max(reach, away(vertex));
+      low[2] = Math.min(low[2], Math.max(...pins.map((pin) => at(pin)[2])) - reach);
+    }
+    return { low, high };
   }
 
   /** Places on the fabric [m]: the two longest sides of the box round the cloth at the start. */

@@ -148,7 +148,8 @@ export class Drawing {
     const { cloth } = view;
     const bare = cloth.mesh.bare;
     if (bare.length) this.ribbons(view, cloth.segments(bare), [0.55, 0.2, 0.14], 2.2 * look.density, 0);
-    if (look.marks && cloth.overCount) {
+    // The colours of the stretch say it already.
+    if (look.marks && look.colour !== "strain" && cloth.overCount) {
       // Thin enough to leave most of the cloth to be seen where all springs are marked.
       const long = (0.5 * cloth.mesh.meanLength * view.part.height) / look.height;
       this.ribbons(view, cloth.over, [1, 0.84, 0.2], Math.min(1.5 * look.density, Math.max(0.25, 0.2 * long)), 6e-4);
@@ -175,15 +176,15 @@ export class Drawing {
   }
 
   drawSolids({ cloth, hands, hovered }, light, look) {
-    const size = 0.0065 * look.radius;
     const pins = [], chosen = [];
     cloth.mesh.pins.forEach((group, number) => {
-      const list = number === hovered ? chosen : pins;
-      for (const vertex of group) list.push(...cloth.at(vertex), number === hovered ? 1.6 * size : size);
+      // A few pins are large, a row of them makes a line.
+      const size = look.radius * (group.length > 6 ? 0.0065 : 0.014) * (number === hovered ? 1.4 : 1);
+      for (const vertex of group) (number === hovered ? chosen : pins).push(...cloth.at(vertex), size);
     });
     this.solids(this.ball, pins, [0.16, 0.2, 0.24], IDENTITY, light);
     this.solids(this.ball, chosen, [0.95, 0.62, 0.1], IDENTITY, light);
-    const held = hands.flatMap(({ target }) => [...target, 2 * size]);
+    const held = hands.flatMap(({ target }) => [...target, 0.014 * look.radius]);
     this.solids(this.ball, held, [0.12, 0.15, 0.18], IDENTITY, light);
     const speed = length(look.wind);
     if (speed > 0.05) {

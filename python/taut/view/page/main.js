@@ -1,7 +1,7 @@
 /** Puts the page together: what comes from the socket is drawn, what people do is sent back. */
 
 import { Camera } from "./camera.js";
-import { Cloth, Mesh, bounds } from "./cloth.js";
+import { Cloth, Mesh } from "./cloth.js";
 import { Drawing } from "./draw.js";
 import { length, project, scale, add, sub } from "./math.js";
 import { Controls } from "./panel.js";
@@ -13,6 +13,14 @@ import { Wire } from "./wire.js";
 
 const $ = (id) => document.getElementById(id);
 const percent = (value) => (value === null ? "–" : `${(100 * value).toFixed(value < 0.2 ? 2 : 1)} %`);
+
+/** Figures in the colours of their curves. */
+function figures(texts) {
+  return texts.flatMap((text, index) => {
+    const figure = Object.assign(document.createElement("b"), { textContent: text, className: `curve-${index % 3}` });
+    return [figure, " "];
+  });
+}
 
 class Viewer {
   constructor() {
@@ -68,10 +76,8 @@ class Viewer {
     this.meshes = layout.meshes.map((_, index) => new Mesh(layout, index));
     this.cloths = [];
     this.picture = this.waiting = null;
-    const { low, high } = bounds(this.meshes[0].rest);
+    const { low, high } = this.meshes[0].box();
     this.look.radius = Math.max(0.05, 0.5 * length(sub(high, low)));
-    // A cloth that lies flat will hang.
-    low[2] = Math.min(low[2], high[2] - 1.2 * this.look.radius);
     this.look.centre = scale(add(low, high), 0.5);
     this.look.cell = 10 ** Math.round(Math.log10(this.look.radius / 8));
     this.look.floor = Math.min(0, low[2]);
@@ -174,10 +180,10 @@ class Viewer {
     this.plots.stretch.push(now, panels.map((panel) => panel.worst));
     this.plots.energy.push(now, panels[0].energies);
     this.plots.cost.push(now, panels.map((panel) => panel.ms));
-    const allowed = limit === null ? "" : ` (λ ${+(100 * limit).toFixed(1)} %)`;
-    $("worst").textContent = panels.map((panel) => percent(panel.worst)).join(" | ") + allowed;
-    $("energy").textContent = panels[0].energies.map((energy) => (energy ?? NaN).toFixed(2)).join(", ") + " J";
-    $("cost").textContent = panels.map((panel) => `${panel.ms.toFixed(1)} ms`).join(" | ");
+    const allowed = limit === null ? "" : `λ ${+(100 * limit).toFixed(1)} %`;
+    $("worst").replaceChildren(...figures(panels.map((panel) => percent(panel.worst))), allowed);
+    $("energy").replaceChildren(...figures(panels[0].energies.map((energy) => (energy ?? NaN).toFixed(2))), "J");
+    $("cost").replaceChildren(...figures(panels.map((panel) => (panel.ms ?? NaN).toFixed(1))), "ms");
     $("over").textContent = this.cloths.map((cloth) => cloth.overCount).join(" | ");
     $("clock").textContent = `${time.toFixed(2)} s`;
     $("rate").textContent = factor > 0 ? `${factor.toFixed(2)}×` : "paused";
@@ -192,7 +198,7 @@ class Viewer {
     this.namesShown = key;
     const views = names.length ? this.views() : [];
     $("names").replaceChildren(...names.map((name, index) => {
-      const span = Object.assign(document.createElement("span"), { textContent: name });
+      const span = Object.assign(document.createElement("span"), { textContent: name, className: `curve-${index % 3}` });
       const { x, y, width } = views[index].css;
       span.style.left = `${x + width / 2}px`;
       span.style.top = `${y + 10}px`;

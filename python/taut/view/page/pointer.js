@@ -3,7 +3,7 @@
 import { meetPlane } from "./camera.js";
 import { project, sub, add } from "./math.js";
 
-/** Pixels around a pin in which it is meant, for a mouse and for a finger. */
+/** Pixels around a pin or a knot in which it is meant, for a mouse and for a finger. */
 const NEAR = { mouse: 9, touch: 22, pen: 14 };
 
 export class Pointer {
@@ -45,7 +45,7 @@ export class Pointer {
     const place = this.locate(event);
     const turning = event.button === 1 || event.button === 2 || event.shiftKey || event.ctrlKey;
     const pin = turning ? null : this.pinAt(place, event.pointerType);
-    const vertex = turning || pin !== null ? pin : place.view.cloth.pick(this.ray(place));
+    const vertex = turning || pin !== null ? pin : this.vertexAt(place, event.pointerType);
     if (this.viewer.live && vertex !== null) {
       const cloth = place.view.cloth;
       const group = cloth.mesh.pinned.get(vertex);
@@ -135,7 +135,7 @@ export class Pointer {
       this.hovered = hovered;
       this.viewer.redraw();
     }
-    const over = this.viewer.live && (pin !== null || place.view.cloth.pick(this.ray(place)) !== null);
+    const over = this.viewer.live && (pin !== null || this.vertexAt(place, event.pointerType) !== null);
     this.canvas.classList.toggle("over", over);
   }
 
@@ -144,10 +144,18 @@ export class Pointer {
   }
 
   /** The pinned vertex near a point of the picture, or nothing. */
-  pinAt({ view, x, y }, kind) {
-    if (!this.viewer.live) return null;
+  pinAt(place, kind) {
+    return this.viewer.live ? this.near(place, place.view.cloth.mesh.pinned.keys(), kind) : null;
+  }
+
+  /** The vertex of the cloth at a point of the picture, or of a net near it, or nothing. */
+  vertexAt(place, kind) {
+    return place.view.cloth.pick(this.ray(place)) ?? this.near(place, place.view.cloth.mesh.knots, kind);
+  }
+
+  near({ view, x, y }, vertices, kind) {
     let best = NEAR[kind] ?? NEAR.mouse, found = null;
-    for (const vertex of view.cloth.mesh.pinned.keys()) {
+    for (const vertex of vertices) {
       const [px, py, w] = project(view.camera, view.cloth.at(vertex));
       if (w <= 0) continue;
       const away = Math.hypot(((px - x) * view.css.width) / 2, ((py - y) * view.css.height) / 2);
