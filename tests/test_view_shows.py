@@ -5,7 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from taut import Cache, Scene, Simulation, record
+from taut.view import wire
 from taut.view.controls import controls
 from taut.view.live import LiveShow
 from taut.view.playback import PlaybackShow
@@ -201,6 +204,45 @@ def test_the_wind_blows_where_its_controls_say(flag: dict[str, Any], up: str) ->
     for name, at in {"wind_speed": 10, "wind_heading": 90, "wind_climb": 30}.items():
         assert controls()[name].read(scene.document) == pytest.approx(at)
     assert controls()["wind_speed"].read(document) == 0
+
+
+NUMBERS = st.floats(-30, 30, allow_nan=False)
+PLACES = st.tuples(NUMBERS, NUMBERS, NUMBERS)
+VALUES = st.sampled_from(
+    [
+        wire.Set(control.name, at)
+        for control in controls().values()
+        for at in (*control.choices, control.low, control.high, "?", 0.3 * control.low + 0.7 * control.high)
+    ]
+)
+ORDERS = st.one_of(
+    VALUES,
+    st.builds(wire.Grab, st.integers(0, 40), PLACES),
+    st.builds(wire.Pin, st.integers(0, 2), PLACES),
+    st.builds(wire.Compare, st.booleans()),
+    st.sampled_from([wire.Release(), wire.Reset(), wire.Step(), wire.Play(True), wire.Seek(3)]),
+)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.tuples(st.integers(1, 2), ORDERS), max_size=12))
+def test_whatever_pages_order_the_show_goes_on(
+    flag: dict[str, Any], orders: list[tuple[int, wire.Order]]
+) -> None:
+    show = LiveShow(Scene(flag), threads=1)
+    for client, one in orders:
+        show.mail.put(client, one)
+        show.turn()
+        show.turn()
+    show.mail.put(1, wire.Play(True))
+    settle(show)
+    frame = picture(show)[0]["frame"]
+    show.turn()
+    header, arrays = picture(show)
+    assert header["frame"] == frame + 1 and np.isfinite(arrays["positions0"]).all()
+    if header["panels"][0]["name"] == "coarse_to_fine":
+        limit = header["panels"][0]["limits"][0]
+        assert header["panels"][0]["worst"] <= limit + 1e-4 * (1 + limit)
 
 
 # Recordings.

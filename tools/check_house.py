@@ -41,7 +41,7 @@ PACKAGE_RULES: dict[str, set[str]] = {
     "bench": {"cli", "cache", "render", "run", "view"},
     "doctor": {"cli", "cache", "formats", "run", "view"},
     "laboratory": {"bench", "cli", "cache", "render", "formats", "run", "view"},
-    "view": {"bench", "cli", "formats", "render", "run"},
+    "view": {"bench", "cli", "render", "run"},
 }
 
 LONGEST_FILE = 450

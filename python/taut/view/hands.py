@@ -55,6 +55,8 @@ class Hands:
 
     def apply(self, simulations: Sequence[Simulation]) -> None:
         """Tell simulations where their held vertices and moved pins shall go."""
+        if not self.grabs and not self.pins:
+            return
         for simulation in simulations:
             speed = PACE * diagonal(simulation)
             for grab in self.grabs.values():

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from taut.errors import SceneError, SimulationError
+from taut.formats import MeshError
 from taut.scene import Scene
 from taut.simulation import Simulation
 from taut.view import controls, wire
@@ -179,7 +180,7 @@ class LiveShow:
             self._building = None
             try:
                 self._take_over(wish, built.result())
-            except SceneError as error:
+            except (SceneError, MeshError) as error:
                 self._wish = replace(self._running, held=self._hands.held)
                 self._running = replace(self._running, held=self._hands.held)
                 self._document = self._wish.apply(self._scene).document
