@@ -218,7 +218,7 @@ VALUES = st.sampled_from(
 ORDERS = st.one_of(
     VALUES,
     st.builds(wire.Grab, st.integers(0, 40), PLACES),
-    st.builds(wire.Pin, st.integers(0, 2), PLACES),
+    st.builds(wire.Pin, st.integers(0, 3), PLACES),
     st.builds(wire.Compare, st.booleans()),
     st.sampled_from([wire.Release(), wire.Reset(), wire.Step(), wire.Play(True), wire.Seek(3)]),
 )
@@ -229,6 +229,7 @@ ORDERS = st.one_of(
 def test_whatever_pages_order_the_show_goes_on(
     flag: dict[str, Any], orders: list[tuple[int, wire.Order]]
 ) -> None:
+    flag["cloth"][0]["pins"] = [{"corner": "top-left"}, {"corner": "bottom-left"}, {"nearest": [0.7, 0, 1.5]}]
     show = LiveShow(Scene(flag), threads=1)
     for client, one in orders:
         show.mail.put(client, one)
