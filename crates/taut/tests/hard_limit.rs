@@ -6,7 +6,7 @@ mod common;
 use common::{Simulation, chain_links, network, scene_of, sheet, worst};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
-use serde_json::{Value, json};
+use serde_json::json;
 
 /// More than rounding to single precision explains: what counts as over the limit.
 const ROUNDING: f64 = 1e-5;

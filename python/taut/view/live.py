@@ -1,6 +1,5 @@
 """A simulation that runs behind the page, in a thread of its own."""
 
-import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
@@ -11,14 +10,15 @@ from taut.formats import MeshError
 from taut.scene import Scene
 from taut.simulation import Simulation
 from taut.view import controls, wire
-from taut.view.board import Board, Client, Mailbox
+from taut.view.board import Client
 from taut.view.hands import Hands, hand_over
 from taut.view.pace import Pace
 from taut.view.picture import Mesh, pack_layout, pack_picture
 from taut.view.runs import Run, Wish, build
+from taut.view.show import Show
 
 
-class LiveShow:
+class LiveShow(Show):
     """A scene that runs; pages change it while it does.
 
     What they change is built into a new simulation beside the running one, which goes on meanwhile; then the
@@ -31,7 +31,7 @@ class LiveShow:
         Raises:
             SceneError: it cannot be simulated.
         """
-        self.board, self.mail = Board(), Mailbox()
+        super().__init__()
         self._scene, self._threads = scene, threads
         self._document = scene.document
         self._hands = Hands()
@@ -43,9 +43,6 @@ class LiveShow:
         self._frame = 0
         self._playing, self._single = True, False
         self._pace = Pace(scene.fps)
-        self._note = (0, "")
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="taut-view", daemon=True)
         self.board.layout = self._layout()
         self._tell()
         self._show()
@@ -59,20 +56,10 @@ class LiveShow:
     def _first(self) -> Simulation:
         return self._runs[0].simulation
 
-    def start(self) -> None:
-        """Let it run."""
-        self._thread.start()
-
     def stop(self) -> None:
-        """End it; takes a frame at most."""
-        self._stop.set()
-        self.mail.put(0, wire.Play(False))
-        self._thread.join()
+        """End it, after the frame in hand."""
+        super().stop()
         self._builder.shutdown(cancel_futures=True)
-
-    def leave(self, client: Client) -> None:
-        """A page is gone; what it held falls."""
-        self.mail.put(client, wire.Release())
 
     def _run(self) -> None:
         while not self._stop.is_set():
@@ -199,9 +186,6 @@ class LiveShow:
         self._show()
 
     # What pages see.
-
-    def _say(self, text: str) -> None:
-        self._note = self._note[0] + 1, text
 
     def _tell(self) -> None:
         status = {

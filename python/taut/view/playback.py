@@ -1,6 +1,5 @@
 """Recordings behind the page: one playhead for all of them."""
 
-import threading
 import time
 from collections.abc import Sequence
 
@@ -10,14 +9,14 @@ from taut.cache import Cache
 from taut.errors import CacheError
 from taut.frames import frame_rate
 from taut.view import wire
-from taut.view.board import Board, Client, Mailbox
 from taut.view.picture import Mesh, Panel, pack_layout, pack_picture
+from taut.view.show import Show
 
 _LEAST_PAUSE = 1 / 61
 """Pictures do not follow each other faster than this [s]; at high speed frames are left out."""
 
 
-class PlaybackShow:
+class PlaybackShow(Show):
     """One cache or several in lock-step: each shows its last frame that is not later than the playhead."""
 
     def __init__(self, caches: Sequence[Cache]) -> None:
@@ -26,7 +25,7 @@ class PlaybackShow:
         Raises:
             CacheError: a cache is damaged.
         """
-        self.board, self.mail = Board(), Mailbox()
+        super().__init__()
         self._caches = list(caches)
         self._rate = frame_rate(self._caches[0])
         self._end = max(float(cache.time[-1]) for cache in self._caches)
@@ -36,26 +35,10 @@ class PlaybackShow:
         self._playing, self._loop = True, True
         self._speed = 1.0
         self._since, self._begun = time.perf_counter(), 0
-        self._note = (0, "")
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="taut-view", daemon=True)
         meshes = [_mesh(cache) for cache in self._caches]
         self.board.layout = pack_layout(meshes, self._caches[0].scene, live=False)
         self._tell()
         self._show()
-
-    def start(self) -> None:
-        """Let it run."""
-        self._thread.start()
-
-    def stop(self) -> None:
-        """End it."""
-        self._stop.set()
-        self.mail.put(0, wire.Play(False))
-        self._thread.join()
-
-    def leave(self, client: Client) -> None:
-        """A page is gone; it held nothing."""
 
     def _run(self) -> None:
         while not self._stop.is_set():
@@ -96,6 +79,8 @@ class PlaybackShow:
                 self._speed = value
             case wire.Loop(on):
                 self._loop = on
+            case wire.Release():
+                return
             case wire.Seek(frame):
                 self._frame = min(frame, self._frames - 1)
             case _:
@@ -104,9 +89,6 @@ class PlaybackShow:
                 )
         self._tell()
         self._show()
-
-    def _say(self, text: str) -> None:
-        self._note = self._note[0] + 1, text
 
     def _tell(self) -> None:
         status = {

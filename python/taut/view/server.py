@@ -5,13 +5,13 @@ import itertools
 import socket
 from collections.abc import Awaitable, Callable
 from functools import partial
-from typing import Protocol
 from urllib.parse import urlsplit
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
-from taut.view.board import Board, Client, Mailbox
+from taut.view.board import Client
 from taut.view.page_files import page_files
+from taut.view.show import Show
 from taut.view.wire import LONGEST_ORDER, OrderError, Seen, parse
 
 HOST = "127.0.0.1"
@@ -31,22 +31,6 @@ _SAFE = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cache-Control": "no-cache",
 }
-
-
-class Show(Protocol):
-    """What pages look at: a running scene or recordings."""
-
-    board: Board
-    mail: Mailbox
-
-    def start(self) -> None:
-        """Let it run."""
-
-    def stop(self) -> None:
-        """End it."""
-
-    def leave(self, client: Client) -> None:
-        """A page is gone."""
 
 
 class Server:
