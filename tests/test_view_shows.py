@@ -293,3 +293,14 @@ def test_recordings_loop_stop_and_go_slower(pair: PlaybackShow) -> None:
     order(pair, {"type": "grab", "vertex": 1, "target": [0, 0, 0]})
     pair.turn(9.0)
     assert "recording" in status(pair)["note"][1]
+
+
+def test_a_damaged_frame_is_named_and_the_others_are_shown(copied: Path) -> None:
+    (copied / "positions" / "c.5.0.0").unlink()
+    playback = PlaybackShow([Cache.open(copied)])
+    order(playback, {"type": "seek", "frame": 5})
+    playback.turn(0.0)
+    assert "frame 5" in status(playback)["note"][1] and not status(playback)["playing"]
+    order(playback, {"type": "seek", "frame": 6})
+    playback.turn(0.0)
+    assert picture(playback)[0]["frame"] == 6

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import signal
 import socket
+import threading
 import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -51,8 +52,8 @@ def command(
         typer.echo(f"{url} shows it; Ctrl-C stops it")
         tunnel = f"ssh -L {port}:127.0.0.1:{port} {socket.gethostname()}"
         typer.echo(f"from another machine: {tunnel}, then the same address there")
-        if browser:
-            webbrowser.open(url)
+        if browser:  # in a thread: a browser of the terminal does not return
+            threading.Thread(target=webbrowser.open, args=[url], daemon=True).start()
 
     async def serve() -> None:
         stop = asyncio.Event()
