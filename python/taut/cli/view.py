@@ -82,6 +82,6 @@ def _show(what: list[Path], settings: list[str], threads: int | None) -> "Show":
     from taut.scene import Scene
     from taut.view.live import LiveShow
 
-    scene = Scene.load(what[0]).with_settings(settings)
-    warn(scene.warnings)
-    return LiveShow(scene, threads)
+    show = LiveShow(Scene.load(what[0]).with_settings(settings), threads)
+    warn(show.simulations[0].warnings)
+    return show

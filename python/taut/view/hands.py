@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from taut.simulation import Simulation
 from taut.view.board import Client
@@ -24,6 +25,8 @@ class Hands:
     grabs: dict[Client, Grab] = field(default_factory=dict)
     pins: dict[int, Pin] = field(default_factory=dict)
     """The last order for each pin group that shall move."""
+    offsets: dict[int, NDArray[np.float64]] = field(default_factory=dict)
+    """How far each pin group that was moved shall be off its path [m]."""
 
     def grab(self, client: Client, order: Grab, simulation: Simulation) -> None:
         """Hold a vertex, or lead it elsewhere.
@@ -34,7 +37,7 @@ class Hands:
         if order.vertex >= len(simulation.positions):
             raise OrderError(f"grab.vertex = {order.vertex}: there are {len(simulation.positions)} vertices")
         if simulation.pinned[order.vertex]:
-            raise OrderError("a pinned vertex cannot be pulled; drag its handle")
+            raise OrderError("a pinned vertex cannot be pulled; move its pin")
         self.grabs[client] = order
 
     def move_pin(self, order: Pin, simulation: Simulation) -> None:
@@ -57,15 +60,28 @@ class Hands:
         """Tell simulations where their held vertices and moved pins shall go."""
         if not self.grabs and not self.pins:
             return
+        first = simulations[0]
+        for order in self.pins.values():
+            path = first.positions[first.pin_groups[order.group][0]] - first.pin_offset(order.group)
+            self.offsets[order.group] = np.subtract(order.target, path)
         for simulation in simulations:
             speed = PACE * diagonal(simulation)
             for grab in self.grabs.values():
                 simulation.lead(grab.vertex, grab.target, speed)
-            for order in self.pins.values():
-                group = simulation.pin_groups[order.group]
-                path = simulation.positions[group[0]] - simulation.pin_offset(order.group)
-                simulation.shift_pins(order.group, np.subtract(order.target, path), speed)
+            for group in self.pins:
+                simulation.shift_pins(group, self.offsets[group], speed)
         self.pins.clear()
+
+    def pass_on(self, before: Simulation, after: Simulation) -> None:
+        """Have moved pins go on in a simulation that takes over from another one."""
+        for group, offset in self.offsets.items():
+            after.shift_pins(group, before.pin_offset(group), np.inf)
+            after.shift_pins(group, offset, PACE * diagonal(after))
+
+    def forget_pins(self) -> None:
+        """Have no pins off their paths."""
+        self.pins.clear()
+        self.offsets.clear()
 
 
 def weights(simulation: Simulation, vertices: frozenset[int], document: Mapping[str, Any]) -> list[str]:
@@ -101,10 +117,6 @@ def hand_over(before: Simulation, after: Simulation, frame: int) -> None:
     after.set_state(before.positions, before.velocities, frame * after.substeps)
     if is_beyond_limit(after):
         after.admit()
-    for number, group in enumerate(after.pin_groups):
-        offset = before.pin_offset(number)
-        if len(group) and offset.any():
-            after.shift_pins(number, offset, np.inf)
 
 
 def is_beyond_limit(simulation: Simulation) -> bool:

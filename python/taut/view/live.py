@@ -120,7 +120,10 @@ class LiveShow(Show):
                 self._wish = replace(self._wish, compare=on)
             case wire.Set(name, value):
                 self._set(name, value)
-            case wire.Grab():
+            case wire.Grab(vertex):
+                held = self._hands.grabs.get(client)
+                if held is not None and held.vertex != vertex:
+                    self._release(client)
                 self._hands.grab(client, order, self._first)
                 self._hold()
             case wire.Release():
@@ -152,7 +155,7 @@ class LiveShow(Show):
 
     def _reset(self) -> None:
         self._frame = 0
-        self._hands.pins.clear()
+        self._hands.forget_pins()
         for simulation in self.simulations:
             simulation.set_state(self._rest, np.zeros_like(self._rest), 0)
             for group in range(len(simulation.pin_groups)):
@@ -181,6 +184,7 @@ class LiveShow(Show):
         for index, run in enumerate(new):
             before = self._runs[min(index, len(self._runs) - 1)]
             hand_over(before.simulation, run.simulation, self._frame)
+            self._hands.pass_on(before.simulation, run.simulation)
             run.ms = before.ms
         self._runs, self._running = new, wish
         self._show()
@@ -195,7 +199,6 @@ class LiveShow(Show):
             "compare": self._wish.compare,
             "note": self._note,
             "controls": [control.describe(self._document) for control in controls.controls().values()],
-            "warnings": self._first.warnings,
         }
         self.board.post_status(status)
 

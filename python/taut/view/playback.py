@@ -99,7 +99,6 @@ class PlaybackShow(Show):
             "frames": self._frames,
             "note": self._note,
             "controls": [],
-            "warnings": [],
         }
         self.board.post_status(status)
 

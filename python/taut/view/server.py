@@ -1,6 +1,7 @@
 """Serves the page and its socket on the loopback interface of this machine, to nobody else."""
 
 import asyncio
+import contextlib
 import itertools
 import socket
 from collections.abc import Awaitable, Callable
@@ -92,7 +93,8 @@ class Server:
         self._new.add(new)
         sending = asyncio.create_task(self._send(page, new, drawn))
         try:
-            await self._listen(page, client, new, drawn)
+            with contextlib.suppress(ConnectionError):  # it went while it was being answered
+                await self._listen(page, client, new, drawn)
         finally:
             sending.cancel()
             self._new.discard(new)

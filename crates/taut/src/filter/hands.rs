@@ -10,7 +10,7 @@ use crate::geometry::Vectors;
 use crate::model::Model;
 use crate::state::State;
 
-/// A hand closes a gap to its target in about this time [s], unless its speed is the lower bound.
+/// A hand closes a gap to its target in about this time [s], unless that is above its speed.
 const RESPONSE: f32 = 1.0 / 60.0;
 /// Pins that had to wait ask for this part of their speed in the next step, ..
 const PATIENCE: f64 = 0.25;

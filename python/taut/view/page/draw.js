@@ -68,6 +68,11 @@ export class Drawing {
     }
   }
 
+  /** Free what a cloth has on the card. */
+  forget(cloth) {
+    for (const buffer of Object.values(cloth.onCard ?? {})) this.gl.deleteBuffer(buffer);
+  }
+
   /** Draw a picture: `views` have a cloth and their part of the canvas in pixels; see main.js for `look`. */
   draw(views, look) {
     const { gl } = this;

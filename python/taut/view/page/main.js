@@ -73,6 +73,7 @@ class Viewer {
   takeLayout(layout) {
     $("lost").hidden = true;
     this.live = layout.live;
+    for (const cloth of [...this.cloths, ...this.meshes]) this.drawing.forget(cloth);
     this.meshes = layout.meshes.map((_, index) => new Mesh(layout, index));
     this.cloths = [];
     this.picture = this.waiting = null;
@@ -86,9 +87,7 @@ class Viewer {
     document.body.classList.toggle("recording", !this.live);
     for (const id of ["seek", "looping"]) $(id).hidden = this.live;
     for (const id of ["limiting", "controls"]) $(id).hidden = !this.live;
-    $("hint").textContent = this.live
-      ? $("hint").textContent
-      : "Drag to turn the view, two fingers or the wheel to come closer.";
+    if (!this.live) $("hint").textContent = "Drag to turn the view; the wheel or two fingers come closer.";
   }
 
   goHome() {
@@ -155,7 +154,7 @@ class Viewer {
     while (this.cloths.length < picture.panels.length) {
       this.cloths.push(new Cloth(this.meshes[picture.panels[this.cloths.length].mesh]));
     }
-    this.cloths.length = picture.panels.length;
+    for (const cloth of this.cloths.splice(picture.panels.length)) this.drawing.forget(cloth);
     picture.panels.forEach((panel, index) => {
       const cloth = this.cloths[index];
       cloth.update(picture.arrays[`positions${index}`], panel.limits);
