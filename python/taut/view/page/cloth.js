@@ -193,7 +193,7 @@ export class Cloth {
 }
 
 /** The box around points. */
-export function bounds(positions) {
+function bounds(positions) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < positions.length; i++) {
     const axis = i % 3, value = positions[i];

@@ -84,7 +84,6 @@ class Viewer {
     this.look.floor = Math.min(0, low[2]);
     if (low[2] > 3 * this.look.radius) this.look.floor = low[2] - this.look.radius;
     this.goHome();
-    document.body.classList.toggle("recording", !this.live);
     for (const id of ["seek", "looping"]) $(id).hidden = this.live;
     for (const id of ["limiting", "controls"]) $(id).hidden = !this.live;
     if (!this.live) $("hint").textContent = "Drag to turn the view; the wheel or two fingers come closer.";
