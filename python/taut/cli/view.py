@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taut.cli.arguments import complete_scene
 from taut.cli.console import BAD_INPUT, expected_errors, fail, warn
 
 if TYPE_CHECKING:
@@ -23,7 +24,9 @@ def command(
     what: Annotated[
         list[Path],
         typer.Argument(
-            help="A scene to run, or caches to play side by side.", metavar="SCENE.toml | CACHE.zarr .."
+            help="A scene to run, or caches to play side by side.",
+            metavar="SCENE | CACHE.zarr ..",
+            autocompletion=complete_scene,
         ),
     ],
     port: Annotated[int, typer.Option(min=0, max=65535, help="0: any that is free.")] = PORT,
