@@ -107,12 +107,15 @@ def outline(page: Page, shown: Viewing) -> NDArray[np.bool_]:
 
 
 def test_the_cloth_moves_and_lies_where_the_engine_has_it(page: Page, shown: Viewing) -> None:
+    pause(page, shown)
+    page.click("#reset")
+    until(page, "viewer.picture.frame === 0 && !viewer.stale")
     before = pixels(page)
-    start = page.evaluate("viewer.picture.frame")
-    until(page, f"viewer.picture.frame > {start} + 30")
+    page.click("#play")
+    until(page, "viewer.picture.frame > 60")
     pause(page, shown)
     after = pixels(page)
-    assert (is_cloth(before) != is_cloth(after)).mean() > 0.005, "the cloth has moved"
+    assert (before != after).any(axis=2)[is_cloth(before)].mean() > 0.3, "the cloth has moved"
     seen, expected = is_cloth(after), outline(page, shown)
     assert expected.mean() > 0.08, "it fills a good part of the picture"
     # Edges may differ by a pixel; the pole of pins at the left one is dark.
