@@ -1,9 +1,12 @@
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
+
+if TYPE_CHECKING:
+    from taut.view.live import LiveShow
 
 FLAG = """\
 title = "Small flag"
@@ -53,6 +56,15 @@ def copied(recorded: Path, tmp_path: Path) -> Path:
     import shutil
 
     return Path(shutil.copytree(recorded, tmp_path / "flag.zarr"))
+
+
+@pytest.fixture
+def show(flag: dict[str, Any]) -> "LiveShow":
+    """The flag behind a viewer; nothing moves before it is started or turned."""
+    from taut import Scene
+    from taut.view.live import LiveShow
+
+    return LiveShow(Scene(flag), threads=1)
 
 
 class Outcome:

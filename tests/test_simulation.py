@@ -1,4 +1,5 @@
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -180,6 +181,62 @@ def test_bad_arguments_are_refused(simulation: Simulation, flag: dict[str, Any])
             Simulation(Scene(flag), threads=threads)
     with pytest.raises(TypeError, match="must be a taut.Scene"):
         Simulation("flag.toml")  # type: ignore[arg-type]
+
+
+def test_a_hand_leads_a_vertex_until_it_lets_go(simulation: Simulation) -> None:
+    tip = len(simulation.positions) - 1
+    target = simulation.positions[tip] + np.float32([-0.3, 0.2, 0.1])
+    assert not simulation.pinned[tip]
+    for _ in range(3):
+        simulation.lead(tip, target, speed=10.0)
+        simulation.step(30)
+    led = np.linalg.norm(simulation.positions[tip] - target)
+    simulation.release(tip)
+    simulation.step(60)
+    assert led < 0.25 < np.linalg.norm(simulation.positions[tip] - target)
+
+
+def test_pins_are_moved_off_their_paths(simulation: Simulation) -> None:
+    (group,) = simulation.pin_groups
+    assert np.array_equal(group, np.flatnonzero(simulation.pinned))
+    start = simulation.positions[group].copy()
+    simulation.shift_pins(0, [0.0, 0.3, 0.0], speed=1.0)
+    simulation.step(simulation.substeps * 6)
+    assert simulation.pin_offset(0) == pytest.approx([0, 0.1, 0], abs=1e-6)
+    simulation.step(simulation.substeps * 30)
+    assert simulation.positions[group] == pytest.approx(start + np.float32([0, 0.3, 0]), abs=1e-6)
+
+
+def test_a_state_over_the_limit_is_admitted(simulation: Simulation) -> None:
+    wide = simulation.positions * np.float32([2, 1, 1])
+    simulation.positions = wide
+    assert simulation.report.worst_stretch > 0.9
+    simulation.admit()
+    assert simulation.report.worst_stretch <= 0.04 * (1 + 1e-5)
+    assert np.array_equal(simulation.positions[simulation.pinned], wide[simulation.pinned])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda simulation: simulation.lead(35, (0, 0, 0), 1),
+        lambda simulation: simulation.release(35),
+        lambda simulation: simulation.shift_pins(1, (0, 0, 0), 1),
+        lambda simulation: simulation.pin_offset(1),
+    ],
+)
+def test_hands_on_what_is_not_there_are_refused(simulation: Simulation, wrong: Callable[..., None]) -> None:
+    with pytest.raises(IndexError, match="counted from 0"):
+        wrong(simulation)
+
+
+@pytest.mark.parametrize(
+    ("target", "speed"), [((0, np.nan, 0), 1), ((0, 0, 0), 0), ((0, 0, 0), np.nan), ((0, 0), 1)]
+)
+def test_hands_need_numbers(simulation: Simulation, target: tuple[float, ...], speed: float) -> None:
+    for hold in (simulation.lead, simulation.shift_pins):
+        with pytest.raises(ValueError):
+            hold(0, target, speed)
 
 
 def test_a_blow_up_keeps_the_state_before_it(flag: dict[str, Any]) -> None:

@@ -36,6 +36,7 @@ def main() -> None:
         report = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
         print(f"worst stretch {name} the constraint: {100 * report['worst_stretch']:.1f} %")
     print("film: out/flag.mp4\nstill: out/flag.png")
+    print("see it move and pull it, in the browser: .venv/bin/taut view flag")
 
 
 if __name__ == "__main__":

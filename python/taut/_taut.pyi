@@ -153,6 +153,37 @@ class Engine:
         """A copy, [m/s], shape (vertices, 3)."""
     def read_state(self, positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> None:
         """Write the state into two arrays of shape (vertices, 3) [m], [m/s]."""
+    @property
+    def pin_groups(self) -> list[NDArray[np.int32]]:
+        """The vertices of each pin of each cloth, in the scene's order; shape (vertices of the group,)."""
+    def lead(self, vertex: int, target: tuple[float, float, float], speed: float) -> None:
+        """Lead a vertex towards a place [m] at no more than a speed [m/s], until :meth:`release`.
+
+        Raises:
+            IndexError: there is no such vertex.
+            ValueError: a number is not finite, or the speed not above 0.
+        """
+    def release(self, vertex: int) -> None:
+        """Let a vertex go.
+
+        Raises:
+            IndexError: there is no such vertex.
+        """
+    def shift_pins(self, group: int, offset: tuple[float, float, float], speed: float) -> None:
+        """Move a pin group off its path [m] at no more than a speed [m/s]; at once if that is infinite.
+
+        Raises:
+            IndexError: there is no such group.
+            ValueError: a number is not finite, or the speed not above 0.
+        """
+    def pin_offset(self, group: int) -> tuple[float, float, float]:
+        """How far a pin group is off its path now [m].
+
+        Raises:
+            IndexError: there is no such group.
+        """
+    def admit(self) -> None:
+        """Move the vertices of a state from elsewhere until no spring is over its limit (coarse_to_fine)."""
     def past(self) -> NDArray[np.float32] | None:
         """What a two-step integrator remembers of the last step; ``None`` with all others.
 

@@ -201,6 +201,71 @@ class Simulation:
         self._refresh()
         self._report = Report(**self._engine.report())
 
+    # What a user holds while it runs.
+
+    @cached_property
+    def pin_groups(self) -> list[NDArray[np.int32]]:
+        """The vertices of each pin of each cloth, in the scene's order; read-only."""
+        return [_read_only(group) for group in self._engine.pin_groups]
+
+    def lead(self, vertex: int, target: ArrayLike, speed: float) -> None:
+        """Lead a vertex by hand in all further steps, until :meth:`release`.
+
+        It keeps its mass, so that the strain limit can hold it back: light hands drag no heavy cloth. Hang a
+        weight on the vertex, in the scene, to make the hand strong.
+
+        Args:
+            vertex: index into :attr:`positions`; a pinned one stays where its pin is.
+            target: where it shall go [m], shape (3,).
+            speed: at most [m/s].
+
+        Raises:
+            IndexError: there is no such vertex.
+            ValueError: a number is not finite, or the speed not above 0.
+        """
+        self._engine.lead(operator.index(vertex), _triple(target), speed)
+
+    def release(self, vertex: int) -> None:
+        """Let a vertex go that :meth:`lead` holds.
+
+        Raises:
+            IndexError: there is no such vertex.
+        """
+        self._engine.release(operator.index(vertex))
+
+    def shift_pins(self, group: int, offset: ArrayLike, speed: float) -> None:
+        """Move a group of :attr:`pin_groups` off its path; where the cloth cannot follow, the pins wait.
+
+        Args:
+            group: index into :attr:`pin_groups`.
+            offset: how far off its path it shall be [m], shape (3,).
+            speed: at most [m/s]; infinite: at once.
+
+        Raises:
+            IndexError: there is no such group.
+            ValueError: a number is not finite, or the speed not above 0.
+        """
+        self._engine.shift_pins(operator.index(group), _triple(offset), speed)
+
+    def pin_offset(self, group: int) -> NDArray[np.float64]:
+        """How far a group of :attr:`pin_groups` is off its path now [m], shape (3,).
+
+        Raises:
+            IndexError: there is no such group.
+        """
+        return np.array(self._engine.pin_offset(operator.index(group)))
+
+    def admit(self) -> None:
+        """Move vertices until no spring is over its limit.
+
+        For a state from elsewhere, as one that was reached under a wider limit: the filter
+        ``coarse_to_fine`` keeps the cloth within its limit, but must not start beyond it. Other filters move
+        nothing.
+        """
+        self._engine.admit()
+        self._refresh()
+        self._report = Report(**self._engine.report())
+
     @property
     def report(self) -> Report:
         """What happened in the last call of :meth:`step`, or in the last frame of :meth:`run`."""
@@ -302,6 +367,11 @@ class Simulation:
             number = array[vertex, axis]
             raise ValueError(f"{name}[{vertex}, {axis}] = {number}: must be finite in float32")
         return numbers
+
+
+def _triple(value: ArrayLike) -> tuple[float, float, float]:
+    x, y, z = np.asarray(value, np.float64).tolist()
+    return x, y, z
 
 
 def _read_only(array: Array) -> Array:

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use numpy::{PyArray1, PyArray2};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use taut::advance::{NonFinite, Summary, advance};
@@ -13,7 +13,7 @@ use taut::geometry::Vectors;
 use taut::model::{Model, SpringKind};
 use taut::scene::Scene;
 use taut::state::{Past, State};
-use taut::step::Work;
+use taut::step::{Work, admit};
 
 use crate::{SimulationError, scene_error};
 use crate::{arrays, yardstick};
@@ -49,6 +49,14 @@ impl Engine {
             (result, state.time(&self.model))
         });
         report(py, &result.map_err(|error| self.explain(error))?, time)
+    }
+
+    fn check_vertex(&self, vertex: usize) -> PyResult<()> {
+        below("vertex", vertex, self.model.particle_count())
+    }
+
+    fn check_group(&self, group: usize) -> PyResult<()> {
+        below("group", group, self.model.pins.len())
     }
 
     /// Names the cloth and its own vertex instead of the particle.
@@ -188,6 +196,52 @@ impl Engine {
         arrays::write_into("velocities", &state.velocities, velocities)
     }
 
+    #[getter]
+    fn pin_groups<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<i32>>> {
+        let group = |particles: &[u32]| PyArray1::from_iter(py, particles.iter().map(|&particle| particle as i32));
+        self.model.pins.iter().map(|pins| group(&pins.particles)).collect()
+    }
+
+    fn lead(&self, py: Python<'_>, vertex: usize, target: [f32; 3], speed: f32) -> PyResult<()> {
+        self.check_vertex(vertex)?;
+        if !(target.iter().all(|part| part.is_finite()) && speed > 0.0) {
+            return Err(PyValueError::new_err(format!(
+                "target = {target:?}, speed = {speed}: must be finite numbers and a speed above 0"
+            )));
+        }
+        self.with(py, |running| running.work.hands().lead(vertex as u32, target.into(), speed));
+        Ok(())
+    }
+
+    fn release(&self, py: Python<'_>, vertex: usize) -> PyResult<()> {
+        self.check_vertex(vertex)?;
+        self.with(py, |running| running.work.hands().release(vertex as u32));
+        Ok(())
+    }
+
+    fn shift_pins(&self, py: Python<'_>, group: usize, offset: [f64; 3], speed: f64) -> PyResult<()> {
+        self.check_group(group)?;
+        if !(offset.iter().all(|part| part.is_finite()) && speed > 0.0) {
+            return Err(PyValueError::new_err(format!(
+                "offset = {offset:?}, speed = {speed}: must be finite numbers and a speed above 0"
+            )));
+        }
+        self.with(py, |running| running.work.hands().shift(group, offset.into(), speed));
+        Ok(())
+    }
+
+    fn pin_offset(&self, py: Python<'_>, group: usize) -> PyResult<[f64; 3]> {
+        self.check_group(group)?;
+        Ok(self.with(py, |running| running.work.hands().offset(group)).to_array())
+    }
+
+    fn admit(&self, py: Python<'_>) {
+        self.with(py, |running| {
+            let Running { state, work, .. } = running;
+            admit(&self.model, state, work);
+        });
+    }
+
     fn past<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f32>>> {
         let past = self.with(py, |running| running.state.past.clone());
         let vectors: Vectors = past.displacements.iter().chain(past.gains.iter()).collect();
@@ -259,6 +313,14 @@ impl Engine {
     fn state_hash(&self, py: Python<'_>) -> String {
         format!("{:016x}", self.with(py, |running| running.state.hash()))
     }
+}
+
+/// Refuses an index beyond the end.
+fn below(name: &str, index: usize, count: usize) -> PyResult<()> {
+    if index < count {
+        return Ok(());
+    }
+    Err(PyIndexError::new_err(format!("{name} = {index}: there are {count}, counted from 0")))
 }
 
 /// `Report` of `_taut.pyi`.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::filter::{self, Filter};
+use crate::filter::{self, Filter, Hands};
 use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
 use crate::health::{self, Health, StateReport, StepReport};
@@ -41,13 +41,18 @@ impl Work {
     pub fn pool(&self) -> Arc<Pool> {
         Arc::clone(&self.pool)
     }
+
+    /// What a user holds while the simulation runs.
+    pub fn hands(&mut self) -> &mut Hands {
+        self.filter.hands()
+    }
 }
 
 /// Advances by one step.
 pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
     let Work { forces, integrator, filter, pool, ends, .. } = work;
     pool.install(|| {
-        filter::hold(model, state); // paths -> v of what is held
+        filter::hold(model, state, filter); // paths, hands -> v of what is held
         let evaluations = integrate::propose(model, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
         let limited = filter::apply(model, state, ends, filter, pool); // x*, v* -> admissible ones
         integrate::advance(model, state, ends, pool); // x = x*
@@ -59,4 +64,10 @@ pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
 pub fn inspect(model: &Model, state: &State, work: &mut Work) -> StateReport {
     let Work { health, pool, .. } = work;
     pool.install(|| health::inspect(model, state, health, pool))
+}
+
+/// Moves the particles of a state from elsewhere until no spring is over its limit; see [`filter::admit`].
+pub fn admit(model: &Model, state: &mut State, work: &mut Work) {
+    let Work { filter, pool, .. } = work;
+    pool.install(|| filter::admit(model, state, filter, pool));
 }

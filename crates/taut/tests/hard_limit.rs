@@ -3,32 +3,13 @@
 
 mod common;
 
-use common::{Simulation, chain_links, network, scene_of};
+use common::{Simulation, chain_links, network, scene_of, sheet, worst};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
-use serde_json::{Value, json};
-use taut::model::Model;
-use taut::state::State;
+use serde_json::json;
 
 /// More than rounding to single precision explains: what counts as over the limit.
 const ROUNDING: f64 = 1e-5;
-
-/// Largest |X_uv| / ((1 + lambda) L) by another route than the engine's: double precision, spring by spring.
-fn worst(model: &Model, state: &State) -> f64 {
-    let springs = &model.springs;
-    let ratio = |index: usize| {
-        let [u, v] = springs.ends[index].map(|end| state.positions.get(end as usize).as_dvec3());
-        u.distance(v) / (f64::from(springs.rest[index]) * (1.0 + f64::from(springs.strain_limit[index])))
-    };
-    (0..springs.type1).map(ratio).fold(0.0, f64::max)
-}
-
-fn sheet(cells: [u32; 2], strain_limit: f64, pins: Value) -> Value {
-    json!({
-        "grid": { "size": [1.0, f64::from(cells[1]) / f64::from(cells[0])], "cells": cells, "axes": ["x", "y"] },
-        "fabric": "nylon", "density": 0.2, "strain_limit": strain_limit, "pins": pins,
-    })
-}
 
 #[test]
 fn no_spring_is_over_its_limit_after_any_step() {

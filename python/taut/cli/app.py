@@ -2,7 +2,7 @@
 
 import typer
 
-from taut.cli import bench, compare, doctor, export, figures, info, new, render, run, scenes, schema
+from taut.cli import bench, compare, doctor, export, figures, info, new, render, run, scenes, schema, view
 
 app = typer.Typer(
     help="Cloth that does not stretch: scene file in, moving cloth out.",
@@ -24,6 +24,7 @@ def _options(version: bool = typer.Option(False, "--version", help="Print the ve
 app.command("scenes")(scenes.command)
 app.command("new")(new.command)
 app.command("run")(run.command)
+app.command("view")(view.command)
 app.command("render")(render.command)
 app.command("export")(export.command)
 app.command("info")(info.command)

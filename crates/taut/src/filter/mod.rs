@@ -1,13 +1,17 @@
 //! A proposed step in, an admissible step out: velocities, and the ends to which they lead.
 //!
-//! What is held goes where its path says; then a strain limit makes the rest fit.
+//! What is held goes where its path or a hand says; then a strain limit makes the rest fit.
 
+mod hands;
 mod pins;
 mod strain_limit;
 
+pub use hands::Hands;
+
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
-use crate::state::State;
+use crate::scene::FilterKind;
+use crate::state::{Past, State};
 use strain_limit::StrainLimit;
 
 /// What a filter did in one step.
@@ -23,26 +27,53 @@ pub struct Limited {
     pub held_back_pins: u32,
 }
 
-/// The filter of a model with its workspace.
+/// The filter of a model with its workspace, and the hands that hold its particles.
 pub struct Filter {
     strain_limit: Box<dyn StrainLimit>,
+    hands: Hands,
 }
 
 impl Filter {
     /// The filter that the model's solver asks for.
     #[must_use]
     pub fn new(model: &Model) -> Self {
-        Self { strain_limit: strain_limit::new(model) }
+        Self { strain_limit: strain_limit::new(model), hands: Hands::default() }
+    }
+
+    /// The hands.
+    pub fn hands(&mut self) -> &mut Hands {
+        &mut self.hands
     }
 }
 
-/// Gives what is held the velocity that its path asks for in this step.
-pub fn hold(model: &Model, state: &mut State) {
-    pins::hold(model, state);
+/// Gives what is held the velocity that its path or its hand asks for in this step.
+pub fn hold(model: &Model, state: &mut State, filter: &mut Filter) {
+    filter.hands.start(model.timing.step_length);
+    pins::hold(model, state, &filter.hands);
+    filter.hands.hold(model, state);
 }
 
 /// Makes the step admissible: its ends [m], and the velocities that lead there.
 pub fn apply(model: &Model, state: &mut State, ends: &mut Vectors, filter: &mut Filter, pool: &Pool) -> Limited {
-    pins::place(model, state, ends);
-    filter.strain_limit.apply(model, state, ends, pool)
+    let Filter { strain_limit, hands } = filter;
+    pins::place(model, state, hands, ends);
+    hands.place(model, state, ends);
+    let limited = strain_limit.apply(model, state, ends, pool);
+    let end = (state.steps + 1) as f64 * model.timing.step_length;
+    hands.finish(model, ends, end, limited.held_back_pins > 0);
+    limited
+}
+
+/// Moves the particles of a state from elsewhere, which may be over the limit, until none of their springs is. Only the
+/// coarse-to-fine filter needs that: it keeps to its limit, and must not start beyond it.
+///
+/// The state is taken for the end of a step that starts at rest, where the scene put the cloth, and that step is made admissible. A
+/// two-step integrator starts anew.
+pub fn admit(model: &Model, state: &mut State, filter: &mut Filter, pool: &Pool) {
+    if model.solver.filter != FilterKind::CoarseToFine {
+        return;
+    }
+    let mut start = State::new(model);
+    filter.strain_limit.apply(model, &mut start, &mut state.positions, pool);
+    state.past = Past::none(model);
 }

@@ -85,3 +85,21 @@ pub fn scene_of(cloth: Value, substeps: u32, filter: &str, gravity: f64) -> Valu
         "solver": { "substeps": substeps, "filter": filter },
     })
 }
+
+/// Largest |X_uv| / ((1 + lambda) L) by another route than the engine's: double precision, spring by spring.
+pub fn worst(model: &Model, state: &State) -> f64 {
+    let springs = &model.springs;
+    let ratio = |index: usize| {
+        let [u, v] = springs.ends[index].map(|end| state.positions.get(end as usize).as_dvec3());
+        u.distance(v) / (f64::from(springs.rest[index]) * (1.0 + f64::from(springs.strain_limit[index])))
+    };
+    (0..springs.type1).map(ratio).fold(0.0, f64::max)
+}
+
+/// A sheet 1 m wide in the plane of x and y.
+pub fn sheet(cells: [u32; 2], strain_limit: f64, pins: Value) -> Value {
+    json!({
+        "grid": { "size": [1.0, f64::from(cells[1]) / f64::from(cells[0])], "cells": cells, "axes": ["x", "y"] },
+        "fabric": "nylon", "density": 0.2, "strain_limit": strain_limit, "pins": pins,
+    })
+}

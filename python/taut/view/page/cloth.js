@@ -1,0 +1,204 @@
+/** The cloth of one panel: what follows from its positions. The z axis points up here, whatever the scene's does. */
+
+/** Springs at their limit are over it by rounding; that is not yet a violation. */
+const ROUNDING = 1.002;
+
+export class Mesh {
+  /** What never changes, from the layout. */
+  constructor(layout, index) {
+    this.up = layout.up;
+    const { arrays } = layout;
+    this.rest = this.turned(arrays[`rest${index}`]);
+    this.faces = new Uint32Array(arrays[`faces${index}`]);
+    this.springs = arrays[`springs${index}`];
+    this.lengths = arrays[`lengths${index}`];
+    this.pins = layout.meshes[index].pins;
+    this.pinned = new Map();
+    this.pins.forEach((group, number) => group.forEach((vertex) => this.pinned.set(vertex, number)));
+    this.vertices = this.rest.length / 3;
+    this.clothOfSpring = this.ownersOfSprings(layout.meshes[index].first_vertices);
+    this.bare = this.uncovered();
+    this.knots = [...new Set(this.bare.flatMap((spring) => [this.springs[2 * spring], this.springs[2 * spring + 1]]))];
+    this.texture = this.flattened();
+    this.meanLength = this.lengths.reduce((sum, length) => sum + length, 0) / Math.max(1, this.lengths.length);
+  }
+
+  /** Positions with z up. */
+  turned(positions) {
+    if (this.up === 2) return positions;
+    const out = new Float32Array(positions.length);
+    for (let i = 0; i < out.length; i += 3) {
+      out[i] = positions[i];
+      out[i + 1] = -positions[i + 2];
+      out[i + 2] = positions[i + 1];
+    }
+    return out;
+  }
+
+  /** A place as the scene has it. */
+  asInScene([x, y, z]) {
+    return this.up === 2 ? [x, y, z] : [x, z, -y];
+  }
+
+  fromScene([x, y, z]) {
+    return this.up === 2 ? [x, y, z] : [x, -z, y];
+  }
+
+  ownersOfSprings(firsts) {
+    const owner = new Uint16Array(this.lengths.length);
+    for (let spring = 0; spring < owner.length; spring++) {
+      const vertex = this.springs[2 * spring];
+      let cloth = 0;
+      while (cloth + 1 < firsts.length && firsts[cloth + 1] <= vertex) cloth++;
+      owner[spring] = cloth;
+    }
+    return owner;
+  }
+
+  /** Springs that no triangle shows: those of nets and chains. */
+  uncovered() {
+    const covered = new Uint8Array(this.vertices);
+    for (const vertex of this.faces) covered[vertex] = 1;
+    const bare = [];
+    for (let spring = 0; spring < this.lengths.length; spring++) {
+      if (!covered[this.springs[2 * spring]] || !covered[this.springs[2 * spring + 1]]) bare.push(spring);
+    }
+    return bare;
+  }
+
+  /** The box in which the cloth will mostly be: what lies flat will hang from its pins. */
+  box() {
+    const { low, high } = bounds(this.rest);
+    const at = (vertex) => this.rest.subarray(3 * vertex, 3 * vertex + 3);
+    const pins = [...this.pinned.keys()];
+    const lies = high[2] - low[2] < 0.3 * Math.hypot(high[0] - low[0], high[1] - low[1]);
+    if (lies && pins.length) {
+      const away = (vertex) => Math.min(...pins.map((pin) => Math.hypot(...at(pin).map((part, axis) => part - at(vertex)[axis]))));
+      let reach = 0;
+      const stride = Math.max(1, Math.floor((this.vertices * pins.length) / 200_000));
+      for (let vertex = 0; vertex < this.vertices; vertex += stride) reach = Math.max(reach, away(vertex));
+      low[2] = Math.min(low[2], Math.max(...pins.map((pin) => at(pin)[2])) - reach);
+    }
+    return { low, high };
+  }
+
+  /** Places on the fabric [m]: the two longest sides of the box round the cloth at the start. */
+  flattened() {
+    const { low, high } = bounds(this.rest);
+    const order = [0, 1, 2].sort((a, b) => high[b] - low[b] - (high[a] - low[a]));
+    const [first, second] = order.slice(0, 2).sort((a, b) => a - b);
+    const flat = new Float32Array(2 * this.vertices);
+    for (let i = 0; i < this.vertices; i++) {
+      flat[2 * i] = this.rest[3 * i + first] - low[first];
+      flat[2 * i + 1] = this.rest[3 * i + second] - low[second];
+    }
+    return flat;
+  }
+}
+
+export class Cloth {
+  constructor(mesh) {
+    this.mesh = mesh;
+    this.positions = mesh.rest;
+    this.normals = new Float32Array(mesh.rest.length);
+    this.stretch = new Float32Array(mesh.vertices);
+    /** Springs over their limit as pairs of ends, and how many they are. */
+    this.over = new Float32Array(0);
+    this.overCount = 0;
+  }
+
+  /** Take new positions; `limits`: the largest stretch allowed in each cloth. */
+  update(positions, limits) {
+    this.positions = this.mesh.turned(positions);
+    this.findNormals();
+    this.measure(limits);
+  }
+
+  at(vertex) {
+    return [this.positions[3 * vertex], this.positions[3 * vertex + 1], this.positions[3 * vertex + 2]];
+  }
+
+  findNormals() {
+    const { faces } = this.mesh;
+    const { positions: p, normals: n } = this;
+    n.fill(0);
+    for (let i = 0; i < faces.length; i += 3) {
+      const a = 3 * faces[i], b = 3 * faces[i + 1], c = 3 * faces[i + 2];
+      const ux = p[b] - p[a], uy = p[b + 1] - p[a + 1], uz = p[b + 2] - p[a + 2];
+      const vx = p[c] - p[a], vy = p[c + 1] - p[a + 1], vz = p[c + 2] - p[a + 2];
+      const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+      n[a] += x; n[a + 1] += y; n[a + 2] += z;
+      n[b] += x; n[b + 1] += y; n[b + 2] += z;
+      n[c] += x; n[c + 1] += y; n[c + 2] += z;
+    }
+  }
+
+  /** Stretch of each vertex: that of its longest spring. And the springs over their limit. */
+  measure(limits) {
+    const { springs, lengths, clothOfSpring } = this.mesh;
+    const { positions: p, stretch } = this;
+    const over = [];
+    stretch.fill(-1);
+    const bound = limits.map((limit) => (limit === null ? Infinity : limit * ROUNDING + 1e-6));
+    for (let spring = 0; spring < lengths.length; spring++) {
+      const u = springs[2 * spring], v = springs[2 * spring + 1];
+      const x = p[3 * v] - p[3 * u], y = p[3 * v + 1] - p[3 * u + 1], z = p[3 * v + 2] - p[3 * u + 2];
+      const s = Math.sqrt(x * x + y * y + z * z) / lengths[spring] - 1;
+      if (s > stretch[u]) stretch[u] = s;
+      if (s > stretch[v]) stretch[v] = s;
+      if (s > bound[clothOfSpring[spring]]) over.push(spring);
+    }
+    this.overCount = over.length;
+    this.over = this.segments(over);
+  }
+
+  /** Both ends of some springs, six numbers each. */
+  segments(chosen) {
+    const { springs } = this.mesh;
+    const out = new Float32Array(6 * chosen.length);
+    chosen.forEach((spring, index) => {
+      out.set(this.at(springs[2 * spring]), 6 * index);
+      out.set(this.at(springs[2 * spring + 1]), 6 * index + 3);
+    });
+    return out;
+  }
+
+  /** The vertex nearest to where a ray first meets the cloth, or nothing. */
+  pick({ from, way }) {
+    const { faces } = this.mesh;
+    const { positions: p } = this;
+    let nearest = Infinity, found = null;
+    for (let i = 0; i < faces.length; i += 3) {
+      const a = 3 * faces[i], b = 3 * faces[i + 1], c = 3 * faces[i + 2];
+      const e1x = p[b] - p[a], e1y = p[b + 1] - p[a + 1], e1z = p[b + 2] - p[a + 2];
+      const e2x = p[c] - p[a], e2y = p[c + 1] - p[a + 1], e2z = p[c + 2] - p[a + 2];
+      const hx = way[1] * e2z - way[2] * e2y, hy = way[2] * e2x - way[0] * e2z, hz = way[0] * e2y - way[1] * e2x;
+      const det = e1x * hx + e1y * hy + e1z * hz;
+      if (Math.abs(det) < 1e-14) continue;
+      const sx = from[0] - p[a], sy = from[1] - p[a + 1], sz = from[2] - p[a + 2];
+      const u = (sx * hx + sy * hy + sz * hz) / det;
+      if (u < 0 || u > 1) continue;
+      const qx = sy * e1z - sz * e1y, qy = sz * e1x - sx * e1z, qz = sx * e1y - sy * e1x;
+      const v = (way[0] * qx + way[1] * qy + way[2] * qz) / det;
+      if (v < 0 || u + v > 1) continue;
+      const t = (e2x * qx + e2y * qy + e2z * qz) / det;
+      if (t > 0 && t < nearest) {
+        nearest = t;
+        const w = 1 - u - v;
+        found = faces[i + (w >= u && w >= v ? 0 : u >= v ? 1 : 2)];
+      }
+    }
+    return found;
+  }
+}
+
+/** The box around points. */
+function bounds(positions) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < positions.length; i++) {
+    const axis = i % 3, value = positions[i];
+    if (value < low[axis]) low[axis] = value;
+    if (value > high[axis]) high[axis] = value;
+  }
+  return { low, high };
+}

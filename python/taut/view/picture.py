@@ -1,0 +1,98 @@
+"""What a page draws: the topology once, then pictures, each with the numbers that belong to it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from taut.view.wire import finite, pack
+
+_TYPE2 = 2
+"""Kind of the springs that no limit holds."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """What does not change of a cloth that is shown."""
+
+    rest: NDArray[np.float32]
+    """Positions at the start [m], shape (vertices, 3)."""
+    faces: NDArray[np.int32]
+    springs: NDArray[np.int32]
+    spring_kind: NDArray[np.uint8]
+    rest_length: NDArray[np.float32]
+    pins: Sequence[NDArray[np.int32]]
+    """Vertices of each pin group."""
+    first_vertices: Sequence[int]
+    """Of each cloth."""
+
+
+def pack_layout(meshes: Sequence[Mesh], scene: Mapping[str, Any], live: bool) -> bytes:
+    """The message with which a page begins.
+
+    Args:
+        meshes: what is shown side by side; a single one stands for several panels with the same topology.
+        scene: the resolved scene, for the axis that points up.
+        live: whether it runs, or is a recording.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    described = []
+    for index, mesh in enumerate(meshes):
+        limited = mesh.spring_kind != _TYPE2
+        arrays[f"rest{index}"] = mesh.rest
+        arrays[f"faces{index}"] = mesh.faces
+        arrays[f"springs{index}"] = mesh.springs[limited]
+        arrays[f"lengths{index}"] = mesh.rest_length[limited]
+        pins = [group.tolist() for group in mesh.pins if len(group)]
+        described.append({"pins": pins, "first_vertices": list(mesh.first_vertices)})
+    up = 1 if scene.get("up") == "y" else 2
+    header = {"type": "layout", "live": live, "up": up, "meshes": described}
+    return pack(header, arrays)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A cloth in a picture, and its numbers."""
+
+    mesh: int
+    """Which mesh of the layout it is."""
+    name: str
+    positions: NDArray[np.float32]
+    """[m], shape (vertices, 3)."""
+    limits: Sequence[float]
+    """Largest stretch allowed in each cloth [1]."""
+    limited: bool
+    """Whether a filter keeps them."""
+    worst: float
+    """Largest stretch [1]."""
+    energies: Sequence[float]
+    """Kinetic, elastic, potential [J]."""
+    ms: float
+    """Cost of a frame [ms]."""
+
+    def describe(self) -> dict[str, Any]:
+        """Its numbers as JSON values."""
+        return {
+            "mesh": self.mesh,
+            "name": self.name,
+            "limits": [finite(limit) for limit in self.limits],
+            "limited": self.limited,
+            "worst": finite(self.worst),
+            "energies": [finite(energy) for energy in self.energies],
+            "ms": finite(self.ms),
+        }
+
+
+def pack_picture(number: int, header: Mapping[str, Any], panels: Sequence[Panel]) -> bytes:
+    """A picture.
+
+    Args:
+        number: by which the page says that it has drawn it.
+        header: time [s], frame, wind [m/s] and the like.
+        panels: what is shown side by side.
+    """
+    described = [panel.describe() for panel in panels]
+    arrays = {f"positions{index}": panel.positions for index, panel in enumerate(panels)}
+    return pack({"type": "picture", "number": number, **header, "panels": described}, arrays)

@@ -1,0 +1,95 @@
+"""The simulations behind a live show, and what they are built from."""
+
+import time
+from dataclasses import dataclass
+
+from taut.scene import Scene
+from taut.simulation import Simulation
+from taut.view.hands import weights
+from taut.view.picture import Panel
+
+_BARE = ("solver.filter=none", "solver.substeps=auto")
+"""What makes a scene the bare mass-spring cloth."""
+_SHARE = 0.1
+"""Weight of the last frame in the mean cost."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """Everything on which the simulations depend; another wish means other simulations."""
+
+    changes: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    """For each control that was used the settings that it means."""
+    held: frozenset[int] = frozenset()
+    """Vertices in a hand."""
+    compare: bool = False
+    """Whether the bare cloth is shown as well."""
+
+    def apply(self, scene: Scene) -> Scene:
+        """The scene with what was changed.
+
+        Raises:
+            SceneError: it is no valid scene.
+        """
+        return scene.with_settings([setting for _, settings in self.changes for setting in settings])
+
+
+class Run:
+    """A simulation with what its panel says about it."""
+
+    def __init__(self, scene: Scene, threads: int | None) -> None:
+        """Build the scene.
+
+        Raises:
+            SceneError: it cannot be simulated.
+        """
+        self.simulation = Simulation(scene, threads)
+        document = scene.document
+        self._filter = str(document["solver"]["filter"])
+        self._limits = [float(cloth["strain_limit"]) for cloth in document["cloth"]]
+        self.ms = 0.0
+        """Mean cost of the last frames [ms]."""
+
+    def advance(self) -> None:
+        """Simulate a frame.
+
+        Raises:
+            SimulationError: a vertex became non-finite; the state is the one before.
+        """
+        start = time.perf_counter()
+        self.simulation.step(self.simulation.substeps)
+        ms = 1e3 * (time.perf_counter() - start)
+        self.ms += (_SHARE if self.ms else 1.0) * (ms - self.ms)
+
+    def panel(self) -> Panel:
+        """What is shown of it."""
+        report = self.simulation.report
+        return Panel(
+            mesh=0,
+            name=self._filter,
+            positions=self.simulation.positions,
+            limits=self._limits,
+            limited=self._filter != "none",
+            worst=report.worst_stretch,
+            energies=(report.kinetic_energy, report.elastic_energy, report.potential_energy),
+            ms=self.ms,
+        )
+
+
+def build(scene: Scene, wish: Wish, base: Simulation | None, threads: int | None) -> list[Run]:
+    """What a wish asks for: the scene, and beside it the bare cloth if it shall be compared.
+
+    Args:
+        scene: as it was at first.
+        wish: what shall be other.
+        base: any earlier simulation of it, for the masses of what is held.
+        threads: worker threads [1]; all cores when left out.
+
+    Raises:
+        SceneError: one of them cannot be simulated.
+    """
+    changed = wish.apply(scene)
+    if base is not None and wish.held:
+        changed = changed.with_settings(weights(base, wish.held, changed.document))
+    scenes = [changed, changed.with_settings(_BARE)] if wish.compare else [changed]
+    return [Run(one, threads) for one in scenes]
