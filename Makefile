@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures compare viewer-pictures wind work-precision drape docs gallery wheel clean
+.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures compare viewer-pictures wind work-precision local-correction drape docs gallery wheel clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built
@@ -78,6 +78,9 @@ compare: setup
 # The page of `taut view`, in Chromium.
 viewer-pictures: setup
 	$(BIN)/python tools/viewer_pictures.py
+
+local-correction: setup
+	$(BIN)/python -m tools.local_correction
 
 wind: setup
 	$(BIN)/python tools/wind.py

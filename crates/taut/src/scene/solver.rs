@@ -21,6 +21,8 @@ pub struct Solver {
     pub iterations: Option<u32>,
     /// "sweeps" and "rods" stop early once no spring is off its limit, or its length, by more than this fraction of it [1].
     pub tolerance: f64,
+    /// "sweeps" leaves out what a pass could not change, with the same result: true, or false to measure what that saves.
+    pub local_correction: bool,
 }
 
 impl Default for Solver {
@@ -32,6 +34,7 @@ impl Default for Solver {
             filter: FilterKind::CoarseToFine,
             iterations: None,
             tolerance: 1e-3,
+            local_correction: true,
         }
     }
 }

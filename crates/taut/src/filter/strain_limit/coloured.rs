@@ -1,8 +1,13 @@
 //! Springs sorted into colours: springs of one colour share no particle.
 //!
 //! They can be corrected in any order, or at once, with the same result.
+//!
+//! Most springs of a cloth are slack, and stay so. Local correction (the paper's future work) visits a spring again only if
+//! one of its ends has moved since it was visited: otherwise there is still nothing to correct, and the result is the same to
+//! the last bit.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -15,11 +20,16 @@ pub(super) struct ColouredSprings<T> {
     springs: Vec<Coloured<T>>,
     /// Colour c holds `springs[starts[c]..starts[c + 1]]`.
     starts: Vec<usize>,
+    /// When each particle was moved last, on a clock that ticks with every colour of every pass over one step.
+    moved: Vec<AtomicU32>,
+    clock: u32,
 }
 
 struct Coloured<T> {
     colour: u32,
     ends: [u32; 2],
+    /// When it was visited last.
+    visited: u32,
     kept: T,
 }
 
@@ -46,6 +56,9 @@ pub(super) struct Pass {
     pub step: f32,
     /// Last colour first.
     pub backwards: bool,
+    /// Visit only springs whose ends have moved: where a spring that was left alone and did not move would be left alone
+    /// again. Never so in the first pass over a step.
+    pub local: bool,
 }
 
 impl<T: Send> ColouredSprings<T> {
@@ -56,7 +69,7 @@ impl<T: Send> ColouredSprings<T> {
         let movable = range.filter_map(|spring| {
             let ends = model.springs.ends[spring];
             let [u, v] = ends.map(|end| weights[end as usize]);
-            (u + v > 0.0).then(|| Coloured { colour: colour(&mut taken, ends), ends, kept: keep(spring, [u, v]) })
+            (u + v > 0.0).then(|| Coloured { colour: colour(&mut taken, ends), ends, visited: 0, kept: keep(spring, [u, v]) })
         });
         let mut springs: Vec<Coloured<T>> = movable.collect();
         springs.sort_by_key(|spring| spring.colour);
@@ -66,7 +79,8 @@ impl<T: Send> ColouredSprings<T> {
                 Some(*end)
             }))
             .collect();
-        Self { springs, starts }
+        let moved = (0..model.particle_count()).map(|_| AtomicU32::new(0)).collect();
+        Self { springs, starts, moved, clock: 0 }
     }
 
     /// Gives every spring to `correct`, one colour after the other, with P_uv, what is kept about it and what was found
@@ -84,10 +98,16 @@ impl<T: Send> ColouredSprings<T> {
         let (ends, velocities) = (ends_of_step.shared(), velocities.shared());
         let colours = self.starts.len() - 1;
         let mut found = Found::default();
+        if !pass.local {
+            self.clock = 0;
+            self.moved.iter_mut().for_each(|moved| *moved.get_mut() = 0);
+        }
         for colour in 0..colours {
             let colour = if pass.backwards { colours - 1 - colour } else { colour };
             let springs = &mut self.springs[self.starts[colour]..self.starts[colour + 1]];
-            let work = |springs: &mut [Coloured<T>]| visit(springs, ends, velocities, pass.step, &correct);
+            self.clock += 1;
+            let visit = Visit { ends, velocities, step: pass.step, local: pass.local, now: self.clock, moved: &self.moved };
+            let work = |springs: &mut [Coloured<T>]| visit.all(springs, &correct);
             found = found.and(if pool.pays_for(springs.len()) {
                 springs.par_chunks_mut(CHUNK).map(work).reduce(Found::default, Found::and)
             } else {
@@ -103,30 +123,44 @@ impl<T: Send> ColouredSprings<T> {
     }
 }
 
-/// Corrects each spring of one colour.
-fn visit<T>(
-    springs: &mut [Coloured<T>],
-    ends_of_step: SharedVectors<'_>,
-    velocities: SharedVectors<'_>,
+/// A visit to springs of one colour.
+struct Visit<'a> {
+    ends: SharedVectors<'a>,
+    velocities: SharedVectors<'a>,
     step: f32,
-    correct: &impl Fn(Vec3, &mut T, &mut Found) -> Option<[Vec3; 2]>,
-) -> Found {
-    let mut found = Found::default();
-    for spring in springs {
-        let [u, v] = spring.ends.map(|end| end as usize);
-        // SAFETY: springs of one colour share no particle, and all ends are particles of the model.
-        let (p_u, p_v) = unsafe { (ends_of_step.get(u), ends_of_step.get(v)) };
-        let Some([pull_u, pull_v]) = correct(p_v - p_u, &mut spring.kept, &mut found) else { continue };
-        // SAFETY: as above.
-        unsafe {
-            ends_of_step.set(u, p_u + pull_u);
-            ends_of_step.set(v, p_v + pull_v);
-            // The velocity takes the impulse itself; (P - X) / h would round small motions away.
-            velocities.set(u, velocities.get(u) + pull_u / step);
-            velocities.set(v, velocities.get(v) + pull_v / step);
+    local: bool,
+    now: u32,
+    moved: &'a [AtomicU32],
+}
+
+impl Visit<'_> {
+    /// Corrects each spring.
+    fn all<T>(&self, springs: &mut [Coloured<T>], correct: &impl Fn(Vec3, &mut T, &mut Found) -> Option<[Vec3; 2]>) -> Found {
+        let mut found = Found::default();
+        for spring in springs {
+            let [u, v] = spring.ends.map(|end| end as usize);
+            // Colours come one after the other, and springs of one colour share no particle: nobody writes these now.
+            let rests = |particle: usize| self.moved[particle].load(Ordering::Relaxed) < spring.visited;
+            if self.local && rests(u) && rests(v) {
+                continue;
+            }
+            spring.visited = self.now;
+            // SAFETY: springs of one colour share no particle, and all ends are particles of the model.
+            let (p_u, p_v) = unsafe { (self.ends.get(u), self.ends.get(v)) };
+            let Some([pull_u, pull_v]) = correct(p_v - p_u, &mut spring.kept, &mut found) else { continue };
+            self.moved[u].store(self.now, Ordering::Relaxed);
+            self.moved[v].store(self.now, Ordering::Relaxed);
+            // SAFETY: as above.
+            unsafe {
+                self.ends.set(u, p_u + pull_u);
+                self.ends.set(v, p_v + pull_v);
+                // The velocity takes the impulse itself; (P - X) / h would round small motions away.
+                self.velocities.set(u, self.velocities.get(u) + pull_u / self.step);
+                self.velocities.set(v, self.velocities.get(v) + pull_v / self.step);
+            }
         }
+        found
     }
-    found
 }
 
 /// The lowest colour that no spring at either end has so far.

@@ -52,7 +52,7 @@ impl StrainLimit for Rods {
         let tolerance = model.solver.tolerance as f32;
         let mut limited = Limited::default();
         while limited.sweeps < model.solver.iterations() {
-            let pass = Pass { step, backwards: limited.sweeps % 2 == 1 };
+            let pass = Pass { step, backwards: limited.sweeps % 2 == 1, local: false };
             let correct = |p_uv: Vec3, rod: &mut Rod, found: &mut Found| project(p_uv, rod, tolerance, found);
             let found = self.springs.sweep(ends, &mut state.velocities, pass, pool, correct);
             if limited.sweeps == 0 {

@@ -39,7 +39,8 @@ impl StrainLimit for Sweeps {
         let allowed = (1.0 + model.solver.tolerance as f32).powi(2);
         let mut limited = Limited::default();
         while limited.sweeps < model.solver.iterations() {
-            let pass = Pass { step, backwards: limited.sweeps % 2 == 1 };
+            let local = model.solver.local_correction && limited.sweeps > 0;
+            let pass = Pass { step, backwards: limited.sweeps % 2 == 1, local };
             let found = self.springs.sweep(ends, &mut state.velocities, pass, pool, project);
             if limited.sweeps == 0 {
                 limited.springs = found.over;

@@ -61,7 +61,7 @@ impl StrainLimit for Xpbd {
         let mut limited = Limited::default();
         self.springs.for_each(|constraint| constraint.multiplier = 0.0);
         while limited.sweeps < model.solver.iterations() {
-            let pass = Pass { step, backwards: limited.sweeps % 2 == 1 };
+            let pass = Pass { step, backwards: limited.sweeps % 2 == 1, local: false };
             let found = self.springs.sweep(ends, &mut state.velocities, pass, pool, correct);
             if limited.sweeps == 0 {
                 limited.springs = found.over;
