@@ -10,11 +10,10 @@ const SAFETY: f64 = 0.9;
 /// filter ..
 const LONGEST: f64 = 1.0 / 120.0;
 /// .. if its limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
-/// filter that looks at the whole step only cannot stop them; the step is shorter ..
+/// filter that looks at the whole step only cannot stop them: one that takes back what many of them did leaves the cloth
+/// pressed together. So the step shrinks with the root of the limit, ..
 const ROOMY: f64 = 0.1;
-/// .. by this power of the limit. One that takes back what a step of springs did leaves the cloth pressed together.
-const ROOM_POWER: f64 = 0.75;
-/// For the same reason it looks after so many parts of the springs at least [1], if the limit ..
+/// .. and has no more than so many parts of the springs [1], if the limit ..
 const PARTS: f64 = 11.0;
 /// .. is at most this [1]; the wider it is, the more the springs bear themselves.
 const TIGHT: f64 = 0.05;
@@ -108,7 +107,7 @@ fn longest_divided(scene: &Scene, rates: &Rates, bound: f64) -> f64 {
     let spring_step = SAFETY * of_euler(rates.frequency_squared, 0.0);
     let limit = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(ROOMY, f64::min);
     let parts = PARTS * (limit / TIGHT).max(1.0).powi(2);
-    let by_limit = (LONGEST * (limit / ROOMY).powf(ROOM_POWER)).min(parts * spring_step);
+    let by_limit = (LONGEST * (limit / ROOMY).sqrt()).min(parts * spring_step);
     LONGEST.min(by_limit.max(spring_step)).min(SAFETY * bound)
 }
 
