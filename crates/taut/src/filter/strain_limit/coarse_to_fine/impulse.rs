@@ -39,7 +39,9 @@ pub(super) fn rate(model: &Model, cloth: &ClothRange, velocities: &Vectors, corr
     if square > 0.0 { (against / square).clamp(0.0, 1.0 / step) as f32 } else { 0.0 }
 }
 
-/// So many products are summed in single precision before the sum goes on in double precision.
+/// So many sums go on side by side, whatever the length of the vector registers, so that bits do not depend on it ..
+const LANES: usize = 16;
+/// .. in single precision over so many products, before they go on in double precision.
 const BLOCK: usize = 256;
 
 /// Sums of M (V - frame) C and M C C.
@@ -54,25 +56,24 @@ impl WithSimd for Products<'_> {
     type Output = [f64; 2];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> [f64; 2] {
+    fn with_simd<S: Simd>(self, _: S) -> [f64; 2] {
         let Self { velocities, corrections, masses, frame } = self;
-        let frame = simd.splat_f32s(frame);
         let mut sums = [0.0; 2];
         let blocks = velocities.chunks(BLOCK).zip(corrections.chunks(BLOCK)).zip(masses.chunks(BLOCK));
         for ((velocities, corrections), masses) in blocks {
-            let ((v, v_tail), (c, c_tail)) = (S::as_simd_f32s(velocities), S::as_simd_f32s(corrections));
-            let (m, m_tail) = S::as_simd_f32s(masses);
-            let (v_tail, c_tail) = (simd.partial_load_f32s(v_tail), simd.partial_load_f32s(c_tail));
-            let weighted = simd.mul_f32s(c_tail, simd.partial_load_f32s(m_tail));
-            let mut along = simd.mul_f32s(simd.sub_f32s(v_tail, frame), weighted);
-            let mut square = simd.mul_f32s(c_tail, weighted);
-            for ((v, c), m) in v.iter().zip(c).zip(m) {
-                let weighted = simd.mul_f32s(*c, *m);
-                along = simd.add_f32s(along, simd.mul_f32s(simd.sub_f32s(*v, frame), weighted));
-                square = simd.add_f32s(square, simd.mul_f32s(*c, weighted));
+            let (mut along, mut square) = ([0.0_f32; LANES], [0.0_f32; LANES]);
+            let lines = velocities.chunks(LANES).zip(corrections.chunks(LANES)).zip(masses.chunks(LANES));
+            for ((velocities, corrections), masses) in lines {
+                for (lane, ((v, c), m)) in velocities.iter().zip(corrections).zip(masses).enumerate() {
+                    let weighted = c * m;
+                    along[lane] += (v - frame) * weighted;
+                    square[lane] += c * weighted;
+                }
             }
-            sums[0] += f64::from(simd.reduce_sum_f32s(along));
-            sums[1] += f64::from(simd.reduce_sum_f32s(square));
+            for lane in 0..LANES {
+                sums[0] += f64::from(along[lane]);
+                sums[1] += f64::from(square[lane]);
+            }
         }
         sums
     }
