@@ -111,15 +111,41 @@ pub fn kick(
     forces: &mut Forces,
     pool: &Pool,
 ) {
+    impulse(model, cloth, positions, (velocities, 1.0), step, forces, pool);
+}
+
+/// What [`kick`] adds.
+pub fn gains(
+    model: &Model,
+    cloth: &ClothRange,
+    positions: &Vectors,
+    gains: &mut Vectors,
+    step: f32,
+    forces: &mut Forces,
+    pool: &Pool,
+) {
+    impulse(model, cloth, positions, (gains, 0.0), step, forces, pool);
+}
+
+/// `out = keep out + (F_s + F_B + F_EXT) / M h`.
+fn impulse(
+    model: &Model,
+    cloth: &ClothRange,
+    positions: &Vectors,
+    (out, keep): (&mut Vectors, f32),
+    step: f32,
+    forces: &mut Forces,
+    pool: &Pool,
+) {
     let Forces { acceleration, springs, pulls, .. } = forces;
-    let impulse = Impulse { field: positions, other: acceleration, out: velocities, keep: 1.0, add: step, scale: step };
+    let impulse = Impulse { field: positions, other: acceleration, out, keep, add: step, scale: step };
     impulse.apply(Hooke, model, cloth, springs, pool);
     if cloth.curved {
-        gather(model, cloth, velocities, step, pool, |particle| curved_force(model, positions, particle));
+        gather(model, cloth, out, step, pool, |particle| curved_force(model, positions, particle));
     }
     if cloth.bends {
         bending::prepare(model, cloth, positions, pulls, pool);
-        gather(model, cloth, velocities, step, pool, |particle| bending::force(model, positions, pulls, particle));
+        gather(model, cloth, out, step, pool, |particle| bending::force(model, positions, pulls, particle));
     }
 }
 
@@ -137,9 +163,23 @@ fn gather(
     });
 }
 
-/// Dampers over a whole step: `V += F_D / M h` if one stage is stable, or as many stages of a Runge-Kutta-Legendre method
+/// What dampers would add to the velocities of a cloth over a whole step: `F_D / M h`.
+pub fn damping_gains(
+    model: &Model,
+    cloth: &ClothRange,
+    velocities: &Vectors,
+    gains: &mut Vectors,
+    forces: &mut Forces,
+    pool: &Pool,
+) {
+    let scale = model.timing.step_length as f32;
+    let impulse = Impulse { field: velocities, other: velocities, out: gains, keep: 0.0, add: 0.0, scale };
+    impulse.apply(Damper, model, cloth, &mut forces.dampers, pool);
+}
+
+/// Dampers of some cloths over a whole step: `V += F_D / M h` if one stage is stable, or as many stages of a Runge-Kutta-Legendre method
 /// as make it stable (Meyer, Balsara & Aslam 2012, first order: s stages are stable for (s^2 + s) / 2 times the step).
-pub fn damp(model: &Model, velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
+pub fn damp(model: &Model, cloths: &[ClothRange], velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
     let Forces { dampers, stage, .. } = forces;
     let stages = model.timing.damping_stages as f32;
     let part = 2.0 / (stages * stages + stages) * model.timing.step_length as f32;
@@ -150,7 +190,7 @@ pub fn damp(model: &Model, velocities: &mut Vectors, forces: &mut Forces, pool: 
         let j = number as f32;
         let (keep, add) = if number == 1 { (1.0, 0.0) } else { ((1.0 - j) / j, (2.0 * j - 1.0) / j) };
         let scale = if number == 1 { part } else { add * part };
-        for cloth in &model.cloths {
+        for cloth in cloths {
             let impulse = Impulse { field: velocities, other: velocities, out: stage, keep, add, scale };
             impulse.apply(Damper, model, cloth, dampers, pool);
         }

@@ -8,6 +8,7 @@ mod euler;
 mod forward_euler;
 mod implicit_euler;
 mod linear_system;
+mod mass_scaling;
 mod midpoint;
 mod rk4;
 mod runge_kutta;
@@ -23,6 +24,7 @@ use bdf2::Bdf2;
 use euler::{Euler, Part};
 use implicit_euler::ImplicitEuler;
 use linear_system::LinearSystem;
+use mass_scaling::{MassScaling, Shares};
 use runge_kutta::RungeKutta;
 use verlet::Verlet;
 

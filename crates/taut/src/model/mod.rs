@@ -170,11 +170,38 @@ pub struct Timing {
     pub springs_ahead: f64,
     /// Stages of the damping of a step.
     pub damping_stages: u32,
+    /// How grids take a step, if with scaled masses.
+    pub scaled: Option<ScaledTiming>,
     /// Largest stable step [s]; infinite if nothing acts.
     pub bound: f64,
 }
 
+/// A step of springs and dampers with selectively scaled masses: in fewer parts than the fastest vibration needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScaledTiming {
+    /// Equal parts of the step.
+    pub parts: u32,
+    /// How far ahead of each part its springs look [s].
+    pub springs_ahead: f64,
+    /// The part of their accelerations that springs give to the finest vibrations of a grid [1].
+    pub spring_share: f64,
+    /// The same of dampers [1].
+    pub damping_share: f64,
+}
+
 impl Model {
+    /// Whether a cloth is stepped with scaled masses.
+    #[must_use]
+    pub fn scaled(&self, cloth: &ClothRange) -> Option<&ScaledTiming> {
+        cloth.lattice.and(self.timing.scaled.as_ref())
+    }
+
+    /// The parts in which springs take a cloth through a step.
+    #[must_use]
+    pub fn parts(&self, cloth: &ClothRange) -> u32 {
+        self.scaled(cloth).map_or(self.timing.spring_steps, |scaled| scaled.parts)
+    }
+
     /// The number of particles.
     #[must_use]
     pub fn particle_count(&self) -> usize {

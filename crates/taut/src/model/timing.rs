@@ -1,18 +1,26 @@
 //! How long a step is, and in how many parts springs and dampers take it.
 
-use super::Timing;
+use super::{ScaledTiming, Timing};
 use super::stability::{self, GROWTH_TIME, Rates, of_euler};
 use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
 
 /// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
 const SAFETY: f64 = 0.9;
-/// Longest step that "auto" takes where stability does not bound it [s], for the sake of the motion; with the coarse-to-fine
-/// filter ..
-const LONGEST: f64 = 1.0 / 120.0;
-/// .. if its limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
+/// Longest step that "auto" takes where stability does not bound it [s], for the sake of the motion.
+const LONGEST: f64 = 1.0 / 60.0;
+/// Under limits tighter than this [1] it shrinks with their cube root.
+const ROOMY: f64 = 0.05;
+/// The longest part of a step that springs with scaled masses take [s]: vibrations that are slower than this are as they should be.
+const SCALED_PART: f64 = 1.0 / 180.0;
+/// How much larger the largest eigenvalue of springs with scaled masses may be than the share of the finest vibrations says.
+const OVERLAP: f64 = 1.25;
+
+/// What does not scale masses, meshes and networks, has a longest step of ..
+const LONGEST_UNSCALED: f64 = 1.0 / 120.0;
+/// .. if the limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
 /// filter that looks at the whole step only cannot stop them: one that takes back what many of them did leaves the cloth
 /// pressed together. So the step shrinks with the root of the limit, ..
-const ROOMY: f64 = 0.1;
+const ROOMY_UNSCALED: f64 = 0.1;
 /// .. and has no more than so many parts of the springs [1], if the limit ..
 const PARTS: f64 = 11.0;
 /// .. is at most this [1]; the wider it is, the more the springs bear themselves.
@@ -66,7 +74,7 @@ pub(super) fn timing(scene: &Scene, rates: &Rates) -> Result<Timing, SceneError>
         return divide(Timing { substeps, step_length, bound, ..Timing::default() }, rates);
     }
     let damping_stages = u32::from(rates.damping > 0.0);
-    Ok(Timing { substeps, step_length, spring_steps: 1, springs_ahead: 0.0, damping_stages, bound })
+    Ok(Timing { substeps, step_length, spring_steps: 1, springs_ahead: 0.0, damping_stages, scaled: None, bound })
 }
 
 /// What is to be said about an integrator that lets vibrations grow; nothing about others.
@@ -104,18 +112,23 @@ fn is_divided(scene: &Scene) -> bool {
 
 /// The longest step of "auto" where it is divided further [s].
 fn longest_divided(scene: &Scene, rates: &Rates, bound: f64) -> f64 {
-    let spring_step = SAFETY * of_euler(rates.frequency_squared, 0.0);
-    let limit = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(ROOMY, f64::min);
-    let parts = PARTS * (limit / TIGHT).max(1.0).powi(2);
-    let by_limit = (LONGEST * (limit / ROOMY).sqrt()).min(parts * spring_step);
-    LONGEST.min(by_limit.max(spring_step)).min(SAFETY * bound)
+    let limit = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(1.0, f64::min);
+    let longest = if scene.cloth.iter().all(|cloth| cloth.grid.is_some()) {
+        LONGEST * (limit / ROOMY).cbrt().min(1.0)
+    } else {
+        let spring_step = SAFETY * of_euler(rates.frequency_squared, 0.0);
+        let parts = PARTS * (limit / TIGHT).max(1.0).powi(2);
+        let by_limit = (LONGEST_UNSCALED * (limit / ROOMY_UNSCALED).sqrt()).min(parts * spring_step);
+        LONGEST_UNSCALED.min(by_limit.max(spring_step))
+    };
+    longest.min(SAFETY * bound)
 }
 
 /// The longest step of "auto" that all forces take whole [s].
 fn longest_whole(scene: &Scene, rates: &Rates, bound: f64) -> f64 {
     let by_constraints = matches!(scene.solver.filter, FilterKind::Rods | FilterKind::FastProjection | FilterKind::Xpbd);
     let for_motion = by_constraints || scene.solver.integrator.is_implicit();
-    let longest = if for_motion { LONGEST.min(SAFETY * bound) } else { SAFETY * bound };
+    let longest = if for_motion { LONGEST_UNSCALED.min(SAFETY * bound) } else { SAFETY * bound };
     if rates.resolved == rates.frequency_squared {
         return longest;
     }
@@ -138,5 +151,22 @@ fn divide(step: Timing, rates: &Rates) -> Result<Timing, SceneError> {
     // s stages are stable up to h g = s^2 + s.
     let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
     let springs_ahead = if ahead > 0.0 { ahead / square } else { 0.0 };
-    Ok(Timing { spring_steps: spring_steps as u32, springs_ahead, damping_stages, ..step })
+    let scaled = Some(scaled(step_length, rates)).filter(|scaled| f64::from(scaled.parts) < spring_steps);
+    Ok(Timing { spring_steps: spring_steps as u32, springs_ahead, damping_stages, scaled, ..step })
+}
+
+/// Parts of the springs with scaled masses, and what is left of the fastest vibrations (docs/equations.md, "Scaled masses").
+fn scaled(step_length: f64, rates: &Rates) -> ScaledTiming {
+    let parts = (step_length / SCALED_PART * (1.0 - 1e-9)).ceil().max(1.0);
+    let part = step_length / parts;
+    // In a single part, or with strong dampers, no vibration is faster than the step.
+    let calm = if parts == 1.0 || rates.damping * step_length >= CALM { 0.0 } else { CALM };
+    // h^2 w^2 + 2 h g < 4 with g = calm / H.
+    let square = ((2.0 * SAFETY).powi(2) - 2.0 * part * calm / step_length) / part.powi(2);
+    ScaledTiming {
+        parts: parts as u32,
+        springs_ahead: calm / (step_length * square),
+        spring_share: (square / (OVERLAP * rates.frequency_squared)).min(1.0),
+        damping_share: (1.0 / (OVERLAP * step_length * rates.damping)).min(1.0),
+    }
 }

@@ -18,7 +18,7 @@ use crate::model::{ClothRange, Model};
 pub(super) fn rate(model: &Model, cloth: &ClothRange, velocities: &Vectors, corrections: &Vectors, frame: Option<Vec3>) -> f32 {
     let step = model.timing.step_length as f32;
     let frame = match frame {
-        Some(frame) if model.timing.spring_steps > 1 => frame / step,
+        Some(frame) if model.parts(cloth) > 1 => frame / step,
         _ => return 1.0 / step,
     };
     let run = cloth.particles();

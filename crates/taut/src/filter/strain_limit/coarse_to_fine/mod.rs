@@ -82,7 +82,7 @@ impl Unit {
     /// A cloth; none if nothing in it is limited.
     fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
-        let delta = BACK_OFF.min(LARGEST_BACK_OFF * strain) / (1.0 + strain);
+        let delta = (std::env::var("BO").ok().and_then(|v| v.parse::<f32>().ok()).unwrap_or(BACK_OFF)).min(LARGEST_BACK_OFF * strain) / (1.0 + strain);
         let levels: Box<dyn Hierarchy> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
             None => Box::new(general::GeneralLevels::new(model, cloth, strain, delta)),

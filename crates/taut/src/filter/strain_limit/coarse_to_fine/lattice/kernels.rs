@@ -27,9 +27,16 @@ pub(super) struct End<'a> {
 pub(super) struct Pull {
     /// Springs longer than this are pulled ..
     pub trigger: f32,
-    /// .. to this length.
+    /// .. to this length ..
     pub aim: f32,
+    /// .. along X + (1 - back) D instead of X + D, D being how far the spring has come in the step: 1 is its direction at the
+    /// start of the step. Only if D is not long against the spring.
+    pub back: f32,
 }
+
+/// Springs whose |D|^2 is a larger part of their |X + D|^2 are pulled along their direction at the end of the step: they turn
+/// so far that the one at the start says little [1].
+const TURNED: f32 = 0.1;
 
 /// Projects every spring of a run that is over its trigger. Where none of a register's springs is, nothing is stored.
 #[inline(always)]
@@ -46,25 +53,34 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], p
     let (floor, zero) = (simd.splat_f32s(1e-30), simd.splat_f32s(0.0));
     let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
     for i in 0..len {
-        let x = add(sub(bx[i], ax[i]), sub(bu[i], au[i]));
-        let y = add(sub(by[i], ay[i]), sub(bv[i], av[i]));
-        let z = add(sub(bz[i], az[i]), sub(bw[i], aw[i]));
+        let [u, v, w] = [sub(bu[i], au[i]), sub(bv[i], av[i]), sub(bw[i], aw[i])];
+        let [x, y, z] = [add(sub(bx[i], ax[i]), u), add(sub(by[i], ay[i]), v), add(sub(bz[i], az[i]), w)];
         let square = add(add(mul(x, x), mul(y, y)), mul(z, z));
         let reach = mul(limit[i], trigger);
         let over = simd.greater_than_f32s(square, mul(reach, reach));
         if simd.first_true_m32s(over) >= S::F32_LANES {
             continue;
         }
-        let excess = sub(one, mul(mul(limit[i], aim), reciprocal_sqrt(simd, square)));
+        let mut excess = sub(one, mul(mul(limit[i], aim), reciprocal_sqrt(simd, square)));
+        let mut along = [x, y, z];
+        if pull.back > 0.0 {
+            let moved = add(add(mul(u, u), mul(v, v)), mul(w, w));
+            let little = simd.less_than_f32s(moved, mul(simd.splat_f32s(TURNED), square));
+            let back = simd.select_f32s(little, simd.splat_f32s(pull.back), zero);
+            along = [sub(x, mul(back, u)), sub(y, mul(back, v)), sub(z, mul(back, w))];
+            // The length still shrinks by the same.
+            let part = add(add(mul(x, along[0]), mul(y, along[1])), mul(z, along[2]));
+            excess = simd.div_f32s(mul(excess, square), part);
+        }
         let weight = simd.max_f32s(add(wa[i], wb[i]), floor);
         let share = simd.select_f32s(over, simd.div_f32s(excess, weight), zero);
         let (share_a, share_b) = (mul(share, wa[i]), mul(share, wb[i]));
-        au[i] = add(au[i], mul(share_a, x));
-        av[i] = add(av[i], mul(share_a, y));
-        aw[i] = add(aw[i], mul(share_a, z));
-        bu[i] = sub(bu[i], mul(share_b, x));
-        bv[i] = sub(bv[i], mul(share_b, y));
-        bw[i] = sub(bw[i], mul(share_b, z));
+        au[i] = add(au[i], mul(share_a, along[0]));
+        av[i] = add(av[i], mul(share_a, along[1]));
+        aw[i] = add(aw[i], mul(share_a, along[2]));
+        bu[i] = sub(bu[i], mul(share_b, along[0]));
+        bv[i] = sub(bv[i], mul(share_b, along[1]));
+        bw[i] = sub(bw[i], mul(share_b, along[2]));
     }
 }
 

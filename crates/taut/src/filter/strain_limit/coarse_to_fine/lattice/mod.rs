@@ -23,6 +23,11 @@ const COARSEST_SWEEPS: usize = 3;
 /// What a coarse level keeps of the finer one's distance between aim and limit: a part of a long spring is a long way, and
 /// taking it back within a step would throw the cloth.
 const FALL: f64 = 0.87;
+/// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
+/// that; but from this level on ..
+const STEADY: usize = 2;
+/// .. they turn little, and are pulled along X + (1 - this) D.
+const BACK: f32 = 0.8;
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 4;
 const LOCAL_ROUNDS: usize = 2;
@@ -85,7 +90,7 @@ impl LatticeLevels {
             columns = (0..coarsened(columns.len())).map(|i| columns[sampled(i, columns.len())]).collect();
             rows = (0..coarsened(rows.len())).map(|j| rows[sampled(j, rows.len())]).collect();
         }
-        let deltas = (0..levels.len() as i32).map(|index| (f64::from(delta) * FALL.powi(index)) as f32).collect();
+        let deltas = (0..levels.len() as i32).map(|index| (f64::from(delta) * std::env::var("FALL").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(FALL).powi(index)) as f32).collect();
         Self {
             first: lattice.first,
             before: levels.iter().map(|level| Vectors::zeros(level.d.len())).collect(),
@@ -102,12 +107,13 @@ impl LatticeLevels {
     /// Not every spring that is a little over its aim is worth a pull: only those more than a quarter of the way to the limit.
     fn finest_pull(&self) -> Pull {
         let delta = self.deltas[0];
-        Pull { trigger: 1.0 - 0.75 * delta, aim: 1.0 - delta }
+        Pull { trigger: 1.0 - 0.75 * delta, aim: 1.0 - delta, back: 0.0 }
     }
 
     fn sweep(&mut self, index: usize, pool: &Pool) {
         let aim = 1.0 - self.deltas[index];
-        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: aim, aim } };
+        let back = if index >= STEADY { BACK } else { 0.0 };
+        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: aim, aim, back } };
         self.levels[index].sweep(pull, self.backwards, None, pool);
         self.backwards = !self.backwards;
         let (finest, coarse) = self.levels.split_at_mut(1);

@@ -1,0 +1,322 @@
+//! Selective mass scaling: a grid takes springs and dampers in fewer parts than its fastest vibrations need.
+//!
+//! Velocities gain S F h instead of F h / M, with the sum over grids of stride 1, 2, 4 ..
+//!
+//! ```text
+//! S = sum_l a_l P_l M_l^-1 P_l^T
+//! ```
+//!
+//! P_l interpolates, M_l = P_l^T M are the masses that a coarse particle carries, and the a_l add up to one: what a coarse grid
+//! can show is accelerated as always, finer vibrations less, by 1/4 from grid to grid (the sum of Bramble, Pasciak & Xu 1990
+//! [BPX90], as the inverse of a mass matrix in the sense of Olovsson, Simonsson & Unosson 2005 [Olovsson05]). S is symmetric
+//! and positive, so nothing is damped, and where forces balance they still do; it keeps momentum where nothing is held
+//! (docs/equations.md, "Scaled masses").
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::geometry::{Pool, Vectors, VectorsChunk};
+use crate::model::{ClothRange, Lattice, Model};
+
+/// Fine rows that one call works on.
+const BAND: usize = 16;
+
+/// The coarse grids of a lattice.
+pub(super) struct MassScaling {
+    first: usize,
+    /// Masses of its particles [kg]; zero for what is held.
+    masses: Vec<f32>,
+    columns: usize,
+    rows: usize,
+    coarse: Vec<Grid>,
+    /// A row for each band that is worked on, and one more.
+    scratch: Vec<Vec<f32>>,
+}
+
+/// A grid with every second column and row of the one before it, and the last ones.
+struct Grid {
+    columns: usize,
+    rows: usize,
+    /// 1 / M_l [1/kg]; zero for what is held, or carries what is held: it would tear at it.
+    weights: Vec<f32>,
+    /// P_l^T M V on the way up, velocities on the way down.
+    field: Vectors,
+}
+
+/// How much of its acceleration each grid gives, the lattice itself first: a_l.
+#[derive(Debug)]
+pub(super) struct Shares(Vec<f32>);
+
+impl Shares {
+    /// With this much left of the finest vibrations [1].
+    pub fn new(finest: f64) -> Self {
+        let mut shares = vec![finest];
+        let mut sum = finest;
+        while sum < 1.0 {
+            let next = (4.0 * sum).min(1.0);
+            shares.push(next - sum);
+            sum = next;
+        }
+        Self(shares.into_iter().map(|share| share as f32).collect())
+    }
+}
+
+impl MassScaling {
+    /// Grids for a lattice, as many as the shares ask for.
+    pub fn new(model: &Model, cloth: &ClothRange, lattice: &Lattice, shares: [&Shares; 2]) -> Self {
+        let weights = &model.particles.inverse_mass[cloth.particles()];
+        let masses: Vec<f64> = weights.iter().map(|&w| if w > 0.0 { 1.0 / f64::from(w) } else { 0.0 }).collect();
+        let most = shares.map(|shares| shares.0.len()).into_iter().max().unwrap_or(1);
+        let mut coarse: Vec<Grid> = Vec::new();
+        let (mut columns, mut rows, mut carried) = (lattice.columns, lattice.rows, masses.clone());
+        while coarse.len() + 1 < most && columns.max(rows) > 2 {
+            carried = carry(&carried, columns, rows);
+            (columns, rows) = (coarsened(columns), coarsened(rows));
+            let weights = carried.iter().map(|&mass| if mass > 0.0 { (1.0 / mass) as f32 } else { 0.0 });
+            coarse.push(Grid { columns, rows, weights: weights.collect(), field: Vectors::zeros(columns * rows) });
+        }
+        Self {
+            first: lattice.first,
+            masses: masses.into_iter().map(|mass| mass as f32).collect(),
+            columns: lattice.columns,
+            rows: lattice.rows,
+            coarse,
+            scratch: vec![vec![0.0; lattice.columns + 1]; lattice.rows.div_ceil(BAND)],
+        }
+    }
+
+    /// `velocities += S M gains`; gains of what is held are zero.
+    pub fn add(&mut self, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
+        let Self { first, masses, columns, rows, coarse, scratch } = self;
+        let particles = *first..*first + *columns * *rows;
+        let levels = coarse.len().min(shares.len() - 1);
+        for index in 0..levels {
+            let (before, grids) = coarse.split_at_mut(index);
+            let fine = match before.last() {
+                Some(grid) => Fine { columns: grid.columns, rows: grid.rows, first: 0, field: &grid.field, masses: None },
+                None => Fine { columns: *columns, rows: *rows, first: *first, field: gains, masses: Some(masses) },
+            };
+            let Grid { columns, rows, field, .. } = &mut grids[0];
+            let columns = *columns;
+            field.for_each_band(0..columns * *rows, BAND * columns, scratch, pool, |out, row| {
+                Arch::new().dispatch(Restrict { fine: &fine, out, columns, row });
+            });
+        }
+        // Where the lattice is too small for all grids, the coarsest has the share of those that are missing.
+        let share = |level: usize| if level == levels { shares[level..].iter().sum() } else { shares[level] };
+        for index in (0..levels).rev() {
+            let (grids, coarser) = coarse.split_at_mut(index + 1);
+            let coarser = coarser.first().filter(|_| index + 1 < levels);
+            let Grid { columns, rows, weights, field } = &mut grids[index];
+            let (columns, rows, share) = (*columns, *rows, share(index + 1));
+            field.for_each_band(0..columns * rows, BAND * columns, scratch, pool, |out, row| {
+                Arch::new().dispatch(Descend { out, weights, columns, rows, share, coarser, row });
+            });
+        }
+        let (columns, rows, share) = (*columns, *rows, share(0));
+        let (coarser, masses) = (coarse.first().filter(|_| levels > 0), &*masses);
+        velocities.for_each_band(particles, BAND * columns, scratch, pool, |out, row| {
+            Arch::new().dispatch(Finish { out, gains, masses, first: *first, columns, rows, share, coarser, row });
+        });
+    }
+}
+
+/// How many coarse columns (or rows) `count` fine ones have.
+fn coarsened(count: usize) -> usize {
+    count / 2 + 1
+}
+
+/// The two coarse neighbours of a fine column (or row), each with weight 1/2; the same twice where it is sampled itself.
+fn parents(fine: usize, count: usize) -> [usize; 2] {
+    if fine.is_multiple_of(2) || fine + 1 == count { [fine.div_ceil(2); 2] } else { [fine / 2, fine / 2 + 1] }
+}
+
+/// P^T M one grid up; nothing where that would carry what is held.
+fn carry(masses: &[f64], columns: usize, rows: usize) -> Vec<f64> {
+    let coarse_columns = coarsened(columns);
+    let mut carried = vec![0.0; coarse_columns * coarsened(rows)];
+    let mut held = vec![false; carried.len()];
+    for (index, &mass) in masses.iter().enumerate() {
+        for j in parents(index / columns, rows) {
+            for i in parents(index % columns, columns) {
+                carried[j * coarse_columns + i] += 0.25 * mass;
+                held[j * coarse_columns + i] |= mass == 0.0;
+            }
+        }
+    }
+    carried.iter().zip(held).map(|(&mass, held)| if held { 0.0 } else { mass }).collect()
+}
+
+/// Where P^T takes from: velocities with their masses, or what has masses in it already.
+struct Fine<'a> {
+    columns: usize,
+    rows: usize,
+    first: usize,
+    field: &'a Vectors,
+    masses: Option<&'a [f32]>,
+}
+
+/// Some rows of P^T.
+struct Restrict<'a> {
+    fine: &'a Fine<'a>,
+    out: VectorsChunk<'a>,
+    columns: usize,
+    row: &'a mut [f32],
+}
+
+impl WithSimd for Restrict<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { fine, out, columns, row } = self;
+        let first = out.first / columns;
+        for (out, field) in [(out.x, &fine.field.x), (out.y, &fine.field.y), (out.z, &fine.field.z)] {
+            for (index, out) in out.chunks_exact_mut(columns).enumerate() {
+                let row = &mut row[..fine.columns];
+                row.fill(0.0);
+                let coarse = first + index;
+                for (there, part) in children(coarse, fine.rows) {
+                    let start = there * fine.columns;
+                    let from = &field[fine.first + start..][..fine.columns];
+                    match fine.masses {
+                        Some(masses) => {
+                            let terms = from.iter().zip(&masses[start..][..fine.columns]);
+                            row.iter_mut().zip(terms).for_each(|(sum, (value, mass))| *sum += part * mass * value);
+                        }
+                        None => row.iter_mut().zip(from).for_each(|(sum, value)| *sum += part * value),
+                    }
+                }
+                gather(row, out);
+            }
+        }
+    }
+}
+
+/// The fine rows of a coarse one, and what it takes of them; of `count` rows.
+#[inline(always)]
+fn children(coarse: usize, count: usize) -> impl Iterator<Item = (usize, f32)> {
+    let near = (2 * coarse).saturating_sub(1)..(2 * coarse + 2).min(count);
+    near.filter_map(move |fine| {
+        let [a, b] = parents(fine, count);
+        let part = 0.5 * (f32::from(a == coarse) + f32::from(b == coarse));
+        (part > 0.0).then_some((fine, part))
+    })
+}
+
+/// P^T along a row.
+#[inline(always)]
+fn gather(fine: &[f32], coarse: &mut [f32]) {
+    let (pairs, rest) = fine.as_chunks::<2>();
+    // The last one is sampled itself: as an odd one it has no neighbour to share with.
+    let shared = if rest.is_empty() { pairs.len() - 1 } else { pairs.len() };
+    coarse.fill(0.0);
+    for (out, pair) in coarse.iter_mut().zip(&pairs[..shared]) {
+        *out = pair[0] + 0.5 * pair[1];
+    }
+    for (out, pair) in coarse[1..].iter_mut().zip(&pairs[..shared]) {
+        *out += 0.5 * pair[1];
+    }
+    match rest {
+        [last] => coarse[shared] += last,
+        _ => {
+            coarse[shared] += pairs[shared][0];
+            coarse[shared + 1] += pairs[shared][1];
+        }
+    }
+}
+
+/// P of a coarse row between two rows, along a row; `mean` is workspace.
+#[inline(always)]
+fn interpolate(coarse: &[f32], columns: usize, rows: [usize; 2], mean: &mut [f32]) {
+    let [a, b] = rows.map(|row| &coarse[row * columns..][..columns]);
+    for (mean, (a, b)) in mean.iter_mut().zip(a.iter().zip(b)) {
+        *mean = 0.5 * (a + b);
+    }
+}
+
+/// Calls `put` with every value of a fine row and what P gives there.
+#[inline(always)]
+fn spread(fine: &mut [f32], mean: &[f32], mut put: impl FnMut(usize, &mut f32, f32)) {
+    let count = fine.len();
+    let (pairs, rest) = fine.as_chunks_mut::<2>();
+    let shared = if rest.is_empty() { pairs.len() - 1 } else { pairs.len() };
+    let sides = mean.iter().zip(&mean[1..]);
+    for (k, (pair, (left, right))) in pairs[..shared].iter_mut().zip(sides).enumerate() {
+        put(2 * k, &mut pair[0], *left);
+        put(2 * k + 1, &mut pair[1], 0.5 * (left + right));
+    }
+    for (offset, value) in fine[2 * shared..].iter_mut().enumerate() {
+        let place = 2 * shared + offset;
+        put(place, value, mean[parents(place, count)[0]]);
+    }
+}
+
+/// Some rows of a coarse grid: field := share field / M_l + P of the coarser one.
+struct Descend<'a> {
+    out: VectorsChunk<'a>,
+    weights: &'a [f32],
+    columns: usize,
+    rows: usize,
+    share: f32,
+    coarser: Option<&'a Grid>,
+    row: &'a mut [f32],
+}
+
+impl WithSimd for Descend<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { out, weights, columns, rows, share, coarser, row } = self;
+        let first = out.first / columns;
+        let fields = [0, 1, 2].map(|axis| coarser.map(|grid| (grid, [&grid.field.x, &grid.field.y, &grid.field.z][axis])));
+        for (out, coarser) in [out.x, out.y, out.z].into_iter().zip(fields) {
+            for (index, out) in out.chunks_exact_mut(columns).enumerate() {
+                let number = first + index;
+                let weights = &weights[number * columns..][..columns];
+                out.iter_mut().zip(weights).for_each(|(value, weight)| *value *= share * weight);
+                if let Some((grid, field)) = coarser {
+                    interpolate(field, grid.columns, parents(number, rows), row);
+                    spread(out, &row[..grid.columns], |_, value, more| *value += more);
+                }
+            }
+        }
+    }
+}
+
+/// Some rows of the lattice: velocities += share gains + P of the first coarse grid, but for what is held.
+struct Finish<'a> {
+    out: VectorsChunk<'a>,
+    gains: &'a Vectors,
+    masses: &'a [f32],
+    first: usize,
+    columns: usize,
+    rows: usize,
+    share: f32,
+    coarser: Option<&'a Grid>,
+    row: &'a mut [f32],
+}
+
+impl WithSimd for Finish<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { out, gains, masses, first, columns, rows, share, coarser, row } = self;
+        let start = out.first;
+        let fields = [0, 1, 2].map(|axis| coarser.map(|grid| (grid, [&grid.field.x, &grid.field.y, &grid.field.z][axis])));
+        let columns_of = [(out.x, &gains.x), (out.y, &gains.y), (out.z, &gains.z)];
+        for ((out, gains), coarser) in columns_of.into_iter().zip(fields) {
+            for (index, out) in out.chunks_exact_mut(columns).enumerate() {
+                let place = start + index * columns;
+                let gains = &gains[place..][..columns];
+                out.iter_mut().zip(gains).for_each(|(value, gain)| *value += share * gain);
+                if let Some((grid, field)) = coarser {
+                    let masses = &masses[place - first..][..columns];
+                    interpolate(field, grid.columns, parents((place - first) / columns, rows), row);
+                    spread(out, &row[..grid.columns], |i, value, more| *value += if masses[i] > 0.0 { more } else { 0.0 });
+                }
+            }
+        }
+    }
+}
