@@ -51,17 +51,23 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
     before.copy_from(state);
     let result = work.pool().install(|| {
         let mut summary = Summary::default();
-        for _ in 0..count {
+        for left in (0..count).rev() {
             let report = step(model, state, work);
             if !report.finite {
                 let particle = inspect(model, state, work).non_finite.unwrap_or_default();
                 return Err(NonFinite { particle, time: state.time(model) });
             }
-            summary.add(report, model, state);
+            let worst = summary.steps == 0 || report.worst_stretch > summary.worst_stretch;
+            summary.add(report);
+            if worst && left > 0 {
+                summary.worst_spring = worst_spring(model, &model.cloths[report.worst_cloth], &state.positions);
+            } else if worst {
+                summary.worst_spring = None; // the examination will tell
+            }
         }
         summary.last = inspect(model, state, work);
         // The last state was glanced at with other roundings than it was examined with.
-        if count == 0 || summary.last.worst_stretch > summary.worst_stretch {
+        if summary.worst_spring.is_none() || summary.last.worst_stretch > summary.worst_stretch {
             (summary.worst_stretch, summary.worst_spring) = (summary.last.worst_stretch, summary.last.worst_spring);
         }
         Ok(summary)
@@ -73,10 +79,9 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
 }
 
 impl Summary {
-    fn add(&mut self, report: StepReport, model: &Model, state: &State) {
+    fn add(&mut self, report: StepReport) {
         if self.steps == 0 || report.worst_stretch > self.worst_stretch {
             self.worst_stretch = report.worst_stretch;
-            self.worst_spring = worst_spring(model, &model.cloths[report.worst_cloth], &state.positions);
         }
         self.steps += 1;
         self.evaluations += u64::from(report.evaluations);

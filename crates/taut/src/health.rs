@@ -1,5 +1,7 @@
 //! How the cloth is doing: a glance after every step, a full examination on demand.
 
+use std::ops::Range;
+
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -7,7 +9,7 @@ use crate::filter::Limited;
 use crate::forces::{bending_energy, curved_energy, elastic_energy};
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::Model;
-use crate::state::{State, measure};
+use crate::state::{State, longest_of, measure, measure_squares};
 
 /// What a step did and where it led.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -148,36 +150,97 @@ fn for_each_part<T: Send>(parts: &mut [T], pool: &Pool, work: impl Fn(usize, &mu
 
 fn springs_of(chunk: usize, model: &Model, state: &State) -> SpringPart {
     let springs = &model.springs;
-    let first = chunk * CHUNK;
-    let mut part = SpringPart::default();
-    for spring in first..springs.len().min(first + CHUNK) {
-        let [u, v] = springs.ends[spring].map(|end| end as usize);
-        let square = (state.positions.get(v) - state.positions.get(u)).length_squared();
-        let rest = springs.rest[spring];
-        let ratio = square / (rest * rest);
-        if ratio > part.worst && spring < springs.type1 {
-            (part.worst, part.spring) = (ratio, spring as u32);
+    let run = chunk * CHUNK..springs.len().min((chunk + 1) * CHUNK);
+    let mut squares = [0.0; CHUNK];
+    let squares = &mut squares[..run.len()];
+    measure_squares(model, run.clone(), &state.positions, squares);
+    let limited = run.end.min(springs.type1).saturating_sub(run.start);
+    let (worst, place) = longest_of(&squares[..limited], &springs.rest[run.start..][..limited]).unwrap_or_default();
+    let (stiffness, rest) = (&springs.stiffness[run.clone()], &springs.rest[run.clone()]);
+    let elastic = Arch::new().dispatch(Elastic { squares, stiffness, rest });
+    SpringPart { worst, spring: (run.start + place) as u32, elastic }
+}
+
+/// So many sums go on side by side, whatever the length of the vector registers, so that bits do not depend on it.
+const LANES: usize = 8;
+
+/// The elastic energy of some springs [J].
+struct Elastic<'a> {
+    squares: &'a [f32],
+    stiffness: &'a [f32],
+    rest: &'a [f32],
+}
+
+impl WithSimd for Elastic<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let mut lanes = [0.0; LANES];
+        let springs = self.stiffness.chunks(LANES).zip(self.rest.chunks(LANES));
+        for (squares, (stiffness, rest)) in self.squares.chunks(LANES).zip(springs) {
+            let values = squares.iter().zip(stiffness.iter().zip(rest));
+            for (lane, (square, (stiffness, rest))) in lanes.iter_mut().zip(values) {
+                *lane += elastic_energy(*stiffness, *rest, square.sqrt());
+            }
         }
-        part.elastic += elastic_energy(springs, spring, square.sqrt());
+        lanes.iter().sum()
+    }
+}
+
+fn particles_of(chunk: usize, model: &Model, state: &State) -> ParticlePart {
+    let run = chunk * CHUNK..model.particle_count().min((chunk + 1) * CHUNK);
+    let finite = |particle: &usize| state.positions.get(*particle).is_finite() && state.velocities.get(*particle).is_finite();
+    let mut part = Arch::new().dispatch(Energies { model, state, run: run.clone() });
+    if !part.kinetic.is_finite() || !part.potential.is_finite() {
+        part.non_finite = run.clone().find(|particle| !finite(particle)).map(|particle| particle as u32);
+    }
+    if !model.curved.links.is_empty() || !model.bending.is_empty() {
+        let of = |particle| {
+            curved_energy(model, &state.positions, particle) + bending_energy(model, &state.positions, particle)
+        };
+        part.elastic = run.map(of).sum();
     }
     part
 }
 
-fn particles_of(chunk: usize, model: &Model, state: &State) -> ParticlePart {
-    let particles = &model.particles;
-    let first = chunk * CHUNK;
-    let mut part = ParticlePart::default();
-    for particle in first..particles.mass.len().min(first + CHUNK) {
-        let (position, velocity) = (state.positions.get(particle), state.velocities.get(particle));
-        if !(position.is_finite() && velocity.is_finite()) {
-            part.non_finite = part.non_finite.or(Some(particle as u32));
+/// The energies of some particles, but for that of springs and bending.
+struct Energies<'a> {
+    model: &'a Model,
+    state: &'a State,
+    run: Range<usize>,
+}
+
+impl WithSimd for Energies<'_> {
+    type Output = ParticlePart;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> ParticlePart {
+        let Self { model, state: State { positions, velocities, .. }, run } = self;
+        let particles = &model.particles;
+        let axes = [
+            (&positions.x, &velocities.x, model.gravity.x),
+            (&positions.y, &velocities.y, model.gravity.y),
+            (&positions.z, &velocities.z, model.gravity.z),
+        ];
+        let mut part = ParticlePart::default();
+        for (positions, velocities, gravity) in axes {
+            let (mut kinetic, mut potential) = ([0.0; LANES], [0.0; LANES]);
+            let states = positions[run.clone()].chunks(LANES).zip(velocities[run.clone()].chunks(LANES));
+            let masses = particles.mass[run.clone()].chunks(LANES).zip(particles.inverse_mass[run.clone()].chunks(LANES));
+            for ((positions, velocities), (masses, weights)) in states.zip(masses) {
+                let lanes = kinetic.iter_mut().zip(&mut potential);
+                let values = positions.iter().zip(velocities).zip(masses.iter().zip(weights));
+                for ((kinetic, potential), ((x, v), (mass, weight))) in lanes.zip(values) {
+                    // What is held has no energy, but must be somewhere.
+                    let mass = if *weight > 0.0 { f64::from(*mass) } else { 0.0 };
+                    *kinetic += 0.5 * mass * f64::from(*v).powi(2);
+                    *potential -= mass * f64::from(gravity) * f64::from(*x);
+                }
+            }
+            part.kinetic += kinetic.iter().sum::<f64>();
+            part.potential += potential.iter().sum::<f64>();
         }
-        part.elastic += curved_energy(model, &state.positions, particle) + bending_energy(model, &state.positions, particle);
-        if particles.inverse_mass[particle] > 0.0 {
-            let mass = f64::from(particles.mass[particle]);
-            part.kinetic += 0.5 * mass * velocity.as_dvec3().length_squared();
-            part.potential -= mass * model.gravity.as_dvec3().dot(position.as_dvec3());
-        }
+        part
     }
-    part
 }

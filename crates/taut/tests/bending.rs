@@ -205,7 +205,7 @@ fn energy(model: &Model, positions: &Vectors) -> f64 {
     let bent: f64 = (0..model.particle_count()).map(|particle| bending_energy(model, positions, particle)).sum();
     let springs = model.springs.ends.iter().enumerate().map(|(spring, ends)| {
         let [a, b] = ends.map(|end| positions.get(end as usize).as_dvec3());
-        elastic_energy(&model.springs, spring, a.distance(b) as f32)
+        elastic_energy(model.springs.stiffness[spring], model.springs.rest[spring], a.distance(b) as f32)
     });
     bent + springs.sum::<f64>()
 }

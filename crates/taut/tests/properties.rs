@@ -116,7 +116,7 @@ proptest! {
         }
         let energy = |state: &State| -> f64 {
             let length = |[u, v]: [u32; 2]| state.positions.get(u as usize).distance(state.positions.get(v as usize));
-            (0..model.springs.len()).map(|spring| elastic_energy(&model.springs, spring, length(model.springs.ends[spring]))).sum()
+            (0..model.springs.len()).map(|spring| elastic_energy(model.springs.stiffness[spring], model.springs.rest[spring], length(model.springs.ends[spring]))).sum()
         };
         let shortest = |state: &State| {
             let length = |[u, v]: &[u32; 2]| state.positions.get(*u as usize).distance(state.positions.get(*v as usize));

@@ -1,8 +1,10 @@
 //! How far the springs of a cloth are stretched.
 
+use std::ops::Range;
+
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::geometry::Vectors;
+use crate::geometry::{CHUNK, Vectors};
 use crate::model::{ClothRange, Lattice, Model};
 
 /// What the type 1 springs of a cloth say.
@@ -27,11 +29,65 @@ pub fn measure(model: &Model, cloth: &ClothRange, positions: &Vectors) -> Stretc
     Stretch { over, worst: square.sqrt() }
 }
 
-/// The spring of a cloth with the largest |X_uv| / R.
+/// The spring of a cloth with the largest |X_uv| / L.
 #[must_use]
 pub fn worst_spring(model: &Model, cloth: &ClothRange, positions: &Vectors) -> Option<u32> {
-    let ratios = cloth.springs.clone().map(|spring| (spring as u32, ratio_squared(model, positions, spring)));
-    ratios.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(spring, _)| spring)
+    longest(model, cloth.springs.clone(), positions).map(|(_, spring)| spring)
+}
+
+/// The largest (|X_uv| / L)^2 of some springs and the first spring that has it; none if none is larger than 0.
+fn longest(model: &Model, springs: Range<usize>, positions: &Vectors) -> Option<(f32, u32)> {
+    let mut best = None;
+    let mut squares = [0.0; CHUNK];
+    for first in springs.clone().step_by(CHUNK) {
+        let run = first..springs.end.min(first + CHUNK);
+        let squares = &mut squares[..run.len()];
+        measure_squares(model, run.clone(), positions, squares);
+        let found = longest_of(squares, &model.springs.rest[run]);
+        if let Some((ratio, place)) = found.filter(|(ratio, _)| best.is_none_or(|(most, _)| *ratio > most)) {
+            best = Some((ratio, (first + place) as u32));
+        }
+    }
+    best
+}
+
+/// |X_uv|^2 of some springs [m^2].
+pub fn measure_squares(model: &Model, springs: Range<usize>, positions: &Vectors, squares: &mut [f32]) {
+    for (square, ends) in squares.iter_mut().zip(&model.springs.ends[springs]) {
+        let [u, v] = ends.map(|end| end as usize);
+        let [x, y, z] = [&positions.x, &positions.y, &positions.z].map(|column| column[v] - column[u]);
+        *square = x * x + y * y + z * z;
+    }
+}
+
+/// The largest ratio of squares to those of lengths at rest, and its place; none if none is larger than 0.
+#[must_use]
+pub fn longest_of(squares: &[f32], rest: &[f32]) -> Option<(f32, usize)> {
+    let worst = Arch::new().dispatch(LargestRatio { squares, rest });
+    let place = |ratio: f32| squares.iter().zip(rest).position(|(square, rest)| square / (rest * rest) == ratio);
+    Some(worst).filter(|worst| *worst > 0.0).and_then(|worst| Some((worst, place(worst)?)))
+}
+
+struct LargestRatio<'a> {
+    squares: &'a [f32],
+    rest: &'a [f32],
+}
+
+impl WithSimd for LargestRatio<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f32 {
+        const LANES: usize = 16;
+        let mut lanes = [0.0_f32; LANES];
+        for (squares, rest) in self.squares.chunks(LANES).zip(self.rest.chunks(LANES)) {
+            for (lane, (square, rest)) in lanes.iter_mut().zip(squares.iter().zip(rest)) {
+                let ratio = square / (rest * rest);
+                *lane = if ratio > *lane { ratio } else { *lane };
+            }
+        }
+        lanes.into_iter().fold(0.0, f32::max)
+    }
 }
 
 fn ratio_squared(model: &Model, positions: &Vectors, spring: usize) -> f32 {

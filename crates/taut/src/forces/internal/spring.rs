@@ -2,8 +2,6 @@
 
 use glam::Vec3;
 
-use crate::model::Springs;
-
 /// Force on u of its spring to v: `F_s = k_s (1 - L / |X_uv|) X_uv`, `X_uv = X_v - X_u` [N].
 ///
 /// Two particles at the same place have no direction to push in; the force is zero there.
@@ -16,7 +14,7 @@ pub(super) fn force(x_uv: Vec3, rest: f32, stiffness: f32) -> Vec3 {
 /// Energy stored in a spring of `length` [m]: `k_s (|X_uv| - L)^2 / 2` [J].
 #[inline]
 #[must_use]
-pub fn elastic_energy(springs: &Springs, spring: usize, length: f32) -> f64 {
-    let extension = f64::from(length - springs.rest[spring]);
-    0.5 * f64::from(springs.stiffness[spring]) * extension * extension
+pub fn elastic_energy(stiffness: f32, rest: f32, length: f32) -> f64 {
+    let extension = f64::from(length - rest);
+    0.5 * f64::from(stiffness) * extension * extension
 }

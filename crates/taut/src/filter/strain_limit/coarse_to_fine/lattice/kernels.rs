@@ -85,7 +85,7 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], p
 }
 
 /// Largest (|X_uv + D_uv| / R)^2, lane by lane, of `worst` and the run whose ends begin at `a` and `b`; calls `mark`
-/// with the number of each block in which it is over `enough`.
+/// with the number of each block in which it is over `enough`. `inverse` holds 1 / R^2.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "inlined into one loop; a struct would only rename them")]
 pub(super) fn worst<S: Simd>(
@@ -93,14 +93,14 @@ pub(super) fn worst<S: Simd>(
     x: &Vectors,
     d: &Vectors,
     [a, b]: [usize; 2],
-    limit: &[f32],
+    inverse: &[f32],
     worst: S::f32s,
     enough: f32,
     mut mark: impl FnMut(usize),
 ) -> S::f32s {
-    let run = |from: usize| from..from + limit.len();
-    let limit = lanes::<S>(limit);
-    let len = limit.len();
+    let run = |from: usize| from..from + inverse.len();
+    let inverse = lanes::<S>(inverse);
+    let len = inverse.len();
     let [ax, ay, az] = [&x.x, &x.y, &x.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
     let [bx, by, bz] = [&x.x, &x.y, &x.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
     let [au, av, aw] = [&d.x, &d.y, &d.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
@@ -112,8 +112,7 @@ pub(super) fn worst<S: Simd>(
         let x = add(sub(bx[i], ax[i]), sub(bu[i], au[i]));
         let y = add(sub(by[i], ay[i]), sub(bv[i], av[i]));
         let z = add(sub(bz[i], az[i]), sub(bw[i], aw[i]));
-        let square = add(add(mul(x, x), mul(y, y)), mul(z, z));
-        let ratio = simd.div_f32s(square, mul(limit[i], limit[i]));
+        let ratio = mul(add(add(mul(x, x), mul(y, y)), mul(z, z)), inverse[i]);
         worst = simd.max_f32s(worst, ratio);
         if simd.first_true_m32s(simd.greater_than_f32s(ratio, enough)) < S::F32_LANES {
             mark(i * S::F32_LANES / BLOCK);

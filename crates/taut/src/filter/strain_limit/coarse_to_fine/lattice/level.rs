@@ -6,6 +6,7 @@
 //! A sweep takes every second band of rows, then the others: bands of one kind share no particle, so that they may be swept
 //! at the same time with the same result.
 
+use std::iter::repeat_n;
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
@@ -33,18 +34,34 @@ pub(super) struct Level {
     /// Length of half a row in memory.
     stride: usize,
     /// Greatest lengths [m] along a row: of the springs that begin at even columns, at odd columns.
-    across: [Vec<f32>; 2],
+    across: [Limits; 2],
     /// Greatest lengths from row to row: between ordinary rows, before the last row.
-    up: [Vec<f32>; 2],
+    up: [Limits; 2],
     /// Greatest lengths of diagonals, first index as `up`, second as `across`.
-    diagonal: [[Vec<f32>; 2]; 2],
+    diagonal: [[Limits; 2]; 2],
+}
+
+/// The greatest lengths of the springs of a run.
+struct Limits {
+    /// R [m].
+    length: Vec<f32>,
+    /// 1 / R^2 [1/m^2].
+    inverse_square: Vec<f32>,
+}
+
+impl Limits {
+    fn new(length: impl Iterator<Item = f32>) -> Self {
+        let length: Vec<f32> = length.collect();
+        let inverse_square = length.iter().map(|length| 1.0 / (length * length)).collect();
+        Self { length, inverse_square }
+    }
 }
 
 /// The springs of one run: where their two ends begin, and their greatest lengths.
 struct Run<'a> {
     a: usize,
     b: usize,
-    limit: &'a [f32],
+    limits: &'a Limits,
 }
 
 impl Level {
@@ -59,7 +76,7 @@ impl Level {
             [(0, odds), (1, evens - 1)].map(|(first, count)| {
                 let limit = |k: usize| (stretch * width(2 * k + first).hypot(height)) as f32;
                 let padded = count.next_multiple_of(BLOCK);
-                (0..padded).map(|k| if k < count { limit(k) } else { NO_LIMIT }).collect::<Vec<f32>>()
+                Limits::new((0..padded).map(|k| if k < count { limit(k) } else { NO_LIMIT }))
             })
         };
         let size = 2 * rows.len() * stride;
@@ -71,7 +88,7 @@ impl Level {
             w: vec![0.0; size],
             stride,
             across: along(0.0),
-            up: gaps.map(|gap| vec![(stretch * gap) as f32; evens.next_multiple_of(BLOCK)]),
+            up: gaps.map(|gap| Limits::new(repeat_n((stretch * gap) as f32, evens.next_multiple_of(BLOCK)))),
             diagonal: gaps.map(along),
         }
     }
@@ -116,14 +133,15 @@ impl Level {
         }
     }
 
-    /// Largest |X_uv + D_uv| / R of all springs; marks the tiles where it is over `enough`.
-    pub fn measure(&self, enough: f32, tiles: &mut Tiles, pool: &Pool) -> f32 {
+    /// Largest |X_uv + D_uv| / R of all springs, or of those that the last sweep over tiles may have changed; marks the tiles
+    /// where it is over `enough`.
+    pub fn measure(&self, enough: f32, tiles: &mut Tiles, everywhere: bool, pool: &Pool) -> f32 {
         let layout =
             Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal };
         let (x, d) = (&self.x, &self.d);
-        tiles.measure(pool.pays_for(self.size()), |rows, tile| {
+        tiles.measure(everywhere, pool.pays_for(self.size()), |rows, blocks, tile| {
             let rows = rows.start..rows.end.min(layout.rows);
-            Arch::new().dispatch(MeasureBand { layout: &layout, x, d, rows, enough, tile })
+            Arch::new().dispatch(MeasureBand { layout: &layout, x, d, rows, blocks, enough, tile })
         })
     }
 }
@@ -151,20 +169,29 @@ impl WithSimd for SweepBand<'_> {
             let (from, to) = tiles.map_or((0, usize::MAX), |tiles| tiles.of_row(row));
             for run in 0..RUNS {
                 let run = if backwards { RUNS - 1 - run } else { run };
-                let Some(Run { a, b, limit }) = layout.run(row, run) else { continue };
+                let Some(Run { a, b, limits }) = layout.run(row, run) else { continue };
+                let limit = &*limits.length;
                 let blocks = (from * BLOCK).min(limit.len())..to.saturating_mul(BLOCK).min(limit.len());
                 if blocks.is_empty() {
                     continue;
                 }
-                let ends = [a + blocks.start..a + blocks.end, b + blocks.start..b + blocks.end];
-                let in_band = ends.clone().map(|end| end.start - d.first..end.end - d.first);
-                let [au, bu] = d.x.get_disjoint_mut(in_band.clone()).expect(APART);
-                let [av, bv] = d.y.get_disjoint_mut(in_band.clone()).expect(APART);
-                let [aw, bw] = d.z.get_disjoint_mut(in_band).expect(APART);
-                let [a, b] = ends;
-                let end_a = End { x: [&x.x[a.clone()], &x.y[a.clone()], &x.z[a.clone()]], d: [au, av, aw], w: &w[a] };
-                let end_b = End { x: [&x.x[b.clone()], &x.y[b.clone()], &x.z[b.clone()]], d: [bu, bv, bw], w: &w[b] };
-                project(simd, end_a, end_b, &limit[blocks], pull);
+                let [a, b] = [a, b].map(|end| end + blocks.start);
+                let limit = &limit[blocks];
+                // One check a run: slices of each column would be checked fourteen times.
+                assert!(a.abs_diff(b) >= limit.len() && a.min(b) >= d.first, "the two ends of a run do not overlap");
+                assert!(a.max(b) + limit.len() <= (d.first + d.x.len()).min(w.len()), "a run lies in its band");
+                let columns = [&x.x, &x.y, &x.z];
+                let moving = [&mut *d.x, &mut *d.y, &mut *d.z].map(<[f32]>::as_mut_ptr);
+                // SAFETY: columns of a level are as long as its weights, those of a band as long as its first one. The runs lie
+                // in both and are apart.
+                let end = |at: usize| unsafe {
+                    End {
+                        x: columns.map(|column| column.get_unchecked(at..at + limit.len())),
+                        d: moving.map(|column| std::slice::from_raw_parts_mut(column.add(at - d.first), limit.len())),
+                        w: w.get_unchecked(at..at + limit.len()),
+                    }
+                };
+                project(simd, end(a), end(b), limit, pull);
             }
         }
     }
@@ -176,6 +203,7 @@ struct MeasureBand<'a> {
     x: &'a Vectors,
     d: &'a Vectors,
     rows: Range<usize>,
+    blocks: Range<usize>,
     enough: f32,
     tile: &'a mut Tile,
 }
@@ -185,20 +213,23 @@ impl WithSimd for MeasureBand<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f32 {
-        let Self { layout, x, d, rows, enough, tile } = self;
+        let Self { layout, x, d, rows, blocks, enough, tile } = self;
         let mut largest = simd.splat_f32s(0.0);
+        let first = blocks.start;
         for row in rows {
             for run in 0..RUNS {
-                if let Some(Run { a, b, limit }) = layout.run(row, run) {
-                    largest = worst(simd, x, d, [a, b], limit, largest, enough * enough, |block| tile.mark(block));
+                if let Some(Run { a, b, limits }) = layout.run(row, run) {
+                    let inverse = &*limits.inverse_square;
+                    let there = (first * BLOCK).min(inverse.len())..(blocks.end * BLOCK).min(inverse.len());
+                    let ends = [a + there.start, b + there.start];
+                    let mark = |block| tile.mark(first + block);
+                    largest = worst(simd, x, d, ends, &inverse[there], largest, enough * enough, mark);
                 }
             }
         }
         simd.reduce_max_f32s(largest).sqrt()
     }
 }
-
-const APART: &str = "the two ends of a run do not overlap";
 
 /// Runs that begin at a row: two along it, six to the next row.
 const RUNS: usize = 8;
@@ -207,9 +238,9 @@ const RUNS: usize = 8;
 struct Layout<'a> {
     rows: usize,
     stride: usize,
-    across: &'a [Vec<f32>; 2],
-    up: &'a [Vec<f32>; 2],
-    diagonal: &'a [[Vec<f32>; 2]; 2],
+    across: &'a [Limits; 2],
+    up: &'a [Limits; 2],
+    diagonal: &'a [[Limits; 2]; 2],
 }
 
 impl<'a> Layout<'a> {
@@ -224,7 +255,7 @@ impl<'a> Layout<'a> {
         let (next_even, next_odd) = (even + 2 * self.stride, odd + 2 * self.stride);
         let gap = usize::from(row + 2 == self.rows);
         let (up, diagonal) = (&self.up[gap], &self.diagonal[gap]);
-        let (a, b, limit) = match run {
+        let (a, b, limits) = match run {
             0 => (even, odd, &self.across[0]),
             1 => (odd, even + 1, &self.across[1]),
             2 => (even, next_even, up),
@@ -234,6 +265,6 @@ impl<'a> Layout<'a> {
             6 => (odd, next_even, &diagonal[0]),
             _ => (even + 1, next_odd, &diagonal[1]),
         };
-        Some(Run { a, b, limit })
+        Some(Run { a, b, limits })
     }
 }

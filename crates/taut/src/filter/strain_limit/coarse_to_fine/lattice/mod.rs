@@ -159,7 +159,7 @@ impl Hierarchy for LatticeLevels {
             prolong(&mut fine[index - 1], &coarse[0], &self.before[index], &mut self.gained, pool);
         }
         self.sweep(0, pool);
-        let mut worst = self.levels[0].measure(enough, &mut self.tiles, pool);
+        let mut worst = self.levels[0].measure(enough, &mut self.tiles, true, pool);
         for _ in 0..LOCAL_ROUNDS {
             if worst <= enough || !self.tiles.are_few() {
                 break;
@@ -170,7 +170,7 @@ impl Hierarchy for LatticeLevels {
                 self.levels[0].sweep(pull, self.backwards, Some(&self.tiles), pool);
                 self.backwards = !self.backwards;
             }
-            worst = self.levels[0].measure(enough, &mut self.tiles, pool);
+            worst = self.levels[0].measure(enough, &mut self.tiles, false, pool);
         }
         worst
     }

@@ -56,11 +56,22 @@ impl Tiles {
         Self { bands: vec![Tile::default(); bands], worst: vec![0.0; bands], blocks: level.columns.div_ceil(2).div_ceil(BLOCK) }
     }
 
-    /// Calls `work` with the rows of each band and an empty tile to mark; returns the largest result.
-    pub fn measure(&mut self, in_parallel: bool, work: impl Fn(Range<usize>, &mut Tile) -> f32 + Sync) -> f32 {
+    /// Calls `work` with the rows of each band, the blocks in them that count, and an empty tile to mark; returns the largest
+    /// result. Unless everything counts, what is marked and its neighbours do: a pull reaches one spring beyond them.
+    pub fn measure(
+        &mut self,
+        everywhere: bool,
+        in_parallel: bool,
+        work: impl Fn(Range<usize>, Range<usize>, &mut Tile) -> f32 + Sync,
+    ) -> f32 {
+        if everywhere {
+            self.bands.fill(Tile { from: 0, to: self.blocks });
+        } else {
+            self.widen();
+        }
         let each = |(band, (tile, worst)): (usize, (&mut Tile, &mut f32))| {
-            *tile = Tile::default();
-            *worst = work(band * BAND..(band + 1) * BAND, tile);
+            let Tile { from, to } = std::mem::take(tile);
+            *worst = if from == to { 0.0 } else { work(band * BAND..(band + 1) * BAND, from..to, tile) };
         };
         if in_parallel {
             self.bands.par_iter_mut().zip(&mut self.worst).enumerate().for_each(each);

@@ -127,16 +127,27 @@ impl WithSimd for ProlongBand<'_> {
     }
 }
 
-/// The mean gain of two coarse rows, columns in order.
+/// The mean gain of two coarse rows, or of one twice, columns in order.
 #[inline(always)]
-fn gain_of_row(coarse: &Level, rows: [usize; 2], now: &[f32], before: &[f32], gained: &mut [f32]) {
-    for odd in 0..2 {
+fn gain_of_row(coarse: &Level, [one, other]: [usize; 2], now: &[f32], before: &[f32], gained: &mut [f32]) {
+    let run = |row: usize, odd: usize| {
         let count = (coarse.columns - odd).div_ceil(2);
-        let [a, b] = rows.map(|row| coarse.place(odd, row));
-        let (now_a, before_a) = (&now[a..a + count], &before[a..a + count]);
-        let (now_b, before_b) = (&now[b..b + count], &before[b..b + count]);
-        for k in 0..count {
-            gained[2 * k + odd] = 0.5 * ((now_a[k] - before_a[k]) + (now_b[k] - before_b[k]));
+        let first = coarse.place(odd, row);
+        now[first..first + count].iter().zip(&before[first..first + count])
+    };
+    let (pairs, rest) = gained[..coarse.columns].as_chunks_mut::<2>();
+    if one == other {
+        for (pair, (even, odd)) in pairs.iter_mut().zip(run(one, 0).zip(run(one, 1))) {
+            *pair = [even.0 - even.1, odd.0 - odd.1];
         }
+    } else {
+        let terms = run(one, 0).zip(run(other, 0)).zip(run(one, 1).zip(run(other, 1)));
+        for (pair, ((even, even_other), (odd, odd_other))) in pairs.iter_mut().zip(terms) {
+            let mean = |a: (&f32, &f32), b: (&f32, &f32)| 0.5 * ((a.0 - a.1) + (b.0 - b.1));
+            *pair = [mean(even, even_other), mean(odd, odd_other)];
+        }
+    }
+    if let ([last], Some(a), Some(b)) = (rest, run(one, 0).next_back(), run(other, 0).next_back()) {
+        *last = 0.5 * ((a.0 - a.1) + (b.0 - b.1));
     }
 }
