@@ -196,9 +196,7 @@ fn particles_of(chunk: usize, model: &Model, state: &State) -> ParticlePart {
         part.non_finite = run.clone().find(|particle| !finite(particle)).map(|particle| particle as u32);
     }
     if !model.curved.links.is_empty() || !model.bending.is_empty() {
-        let of = |particle| {
-            curved_energy(model, &state.positions, particle) + bending_energy(model, &state.positions, particle)
-        };
+        let of = |particle| curved_energy(model, &state.positions, particle) + bending_energy(model, &state.positions, particle);
         part.elastic = run.map(of).sum();
     }
     part

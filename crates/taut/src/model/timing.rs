@@ -1,7 +1,7 @@
 //! How long a step is, and in how many parts springs and dampers take it.
 
-use super::{ScaledTiming, Timing};
 use super::stability::{self, GROWTH_TIME, Rates, of_euler};
+use super::{ScaledTiming, Timing};
 use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
 
 /// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
@@ -159,8 +159,8 @@ fn divide(step: Timing, rates: &Rates) -> Result<Timing, SceneError> {
 fn scaled(step_length: f64, rates: &Rates) -> ScaledTiming {
     let parts = (step_length / SCALED_PART * (1.0 - 1e-9)).ceil().max(1.0);
     let part = step_length / parts;
-    // In a single part, or with strong dampers, no vibration is faster than the step.
-    let calm = if parts == 1.0 || rates.damping * step_length >= CALM { 0.0 } else { CALM };
+    // In a single part no vibration is faster than the step.
+    let calm = if parts == 1.0 { 0.0 } else { CALM };
     // h^2 w^2 + 2 h g < 4 with g = calm / H.
     let square = ((2.0 * SAFETY).powi(2) - 2.0 * part * calm / step_length) / part.powi(2);
     ScaledTiming {

@@ -27,6 +27,11 @@ impl Certificate {
         Self { cloth: cloth.clone(), held: held.collect() }
     }
 
+    /// Whether nothing of the cloth is held.
+    pub fn is_free(&self) -> bool {
+        self.held.is_empty()
+    }
+
     /// The displacement from X to Y [m]: that of the held particles if they move alike, that of the centre of mass if nothing
     /// is held; none if held particles move differently.
     pub fn frame(&self, positions: &Vectors, ends: &Vectors, motion: &Motion<'_>) -> Option<Vec3> {

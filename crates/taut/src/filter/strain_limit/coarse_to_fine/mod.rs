@@ -19,9 +19,7 @@ use crate::state::{State, measure};
 use certificate::Certificate;
 use motion::Motion;
 
-/// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
-const BACK_OFF: f32 = 0.012;
-/// .. and at most, as a part of the strain that R allows.
+/// Springs are aimed below their limit by a part of the strain that it allows, at most [1].
 const LARGEST_BACK_OFF: f32 = 0.5;
 /// Part of the last cycle's way that the next one starts with.
 const MOMENTUM: f32 = 0.85;
@@ -35,6 +33,8 @@ trait Hierarchy: Send {
     /// One pass over all levels, from the coarsest to the finest, after going on with `momentum`. Returns the largest
     /// |P_uv| / R then; less than `enough` is not worth further work.
     fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> f32;
+    /// Gives particles back what was taken from their proposed displacements, as far as all their springs have room for it.
+    fn release(&mut self, pool: &Pool);
     /// The displacements of all particles.
     fn motion(&mut self) -> Motion<'_>;
     /// Gives the corrected ends back, and what was added to them [m].
@@ -82,7 +82,8 @@ impl Unit {
     /// A cloth; none if nothing in it is limited.
     fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
-        let delta = (std::env::var("BO").ok().and_then(|v| v.parse::<f32>().ok()).unwrap_or(BACK_OFF)).min(LARGEST_BACK_OFF * strain) / (1.0 + strain);
+        let back_off = if cloth.lattice.is_some() { lattice::BACK_OFF } else { general::BACK_OFF };
+        let delta = back_off.min(LARGEST_BACK_OFF * strain) / (1.0 + strain);
         let levels: Box<dyn Hierarchy> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
             None => Box::new(general::GeneralLevels::new(model, cloth, strain, delta)),
@@ -107,6 +108,13 @@ impl Unit {
             limited.sweeps += 1;
             since_restart = if now > RESTART * worst { 0 } else { since_restart + 1 };
             worst = now;
+        }
+        self.levels.release(pool);
+        if let Some(frame) = frame.filter(|_| self.certificate.is_free()) {
+            // What particles got back one by one must not add up to a momentum.
+            let mut motion = self.levels.motion();
+            let astray = frame - motion.mean();
+            motion.shift(astray);
         }
         if let (Some(frame), Some(before)) = (frame, energy) {
             // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is.

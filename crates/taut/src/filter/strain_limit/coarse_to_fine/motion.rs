@@ -13,6 +13,8 @@ pub(super) struct Motion<'a> {
     pub weights: &'a [f32],
 }
 
+/// So many sums go on side by side, whatever the length of the vector registers, so that bits do not depend on it.
+const LANES: usize = 16;
 /// So many squares are summed in single precision before the sum goes on in double precision.
 const BLOCK: usize = 256;
 
@@ -31,6 +33,13 @@ impl Motion<'_> {
             mass += 1.0 / f64::from(weight);
         }
         (sum / mass.max(f64::MIN_POSITIVE)).as_vec3()
+    }
+
+    /// Moves all particles further by `way` [m].
+    pub fn shift(&mut self, way: Vec3) {
+        for (d, way) in [(&mut self.d.x, way.x), (&mut self.d.y, way.y), (&mut self.d.z, way.z)] {
+            d.iter_mut().for_each(|d| *d += way);
+        }
     }
 
     /// Leaves `part` of the motion relative to `frame`.
@@ -54,20 +63,18 @@ impl WithSimd for Energy<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let (frame, zero) = (simd.splat_f32s(self.frame), simd.splat_f32s(0.0));
-        let term = |d: S::f32s, weight: S::f32s| {
-            let way = simd.sub_f32s(d, frame);
-            let energy = simd.div_f32s(simd.mul_f32s(way, way), weight);
-            simd.select_f32s(simd.greater_than_f32s(weight, zero), energy, zero)
-        };
-        let blocks = self.d.chunks(BLOCK).zip(self.weights.chunks(BLOCK));
-        let sums = blocks.map(|(d, weights)| {
-            let ((d, d_tail), (weights, weights_tail)) = (S::as_simd_f32s(d), S::as_simd_f32s(weights));
-            let tail = term(simd.partial_load_f32s(d_tail), simd.partial_load_f32s(weights_tail));
-            let sum = d.iter().zip(weights).fold(tail, |sum, (&d, &weight)| simd.add_f32s(sum, term(d, weight)));
-            f64::from(simd.reduce_sum_f32s(sum))
-        });
-        sums.sum()
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let mut energy = 0.0;
+        for (d, weights) in self.d.chunks(BLOCK).zip(self.weights.chunks(BLOCK)) {
+            let mut sums = [0.0_f32; LANES];
+            for (d, weights) in d.chunks(LANES).zip(weights.chunks(LANES)) {
+                for (sum, (d, weight)) in sums.iter_mut().zip(d.iter().zip(weights)) {
+                    let way = d - self.frame;
+                    *sum += if *weight > 0.0 { way * way / weight } else { 0.0 };
+                }
+            }
+            energy += sums.iter().map(|sum| f64::from(*sum)).sum::<f64>();
+        }
+        energy
     }
 }

@@ -121,6 +121,40 @@ pub(super) fn worst<S: Simd>(
     worst
 }
 
+/// Lowers the room of both ends of every spring of a run, which begin at `a` and `b`, to half of what the spring has left
+/// up to `aim` of R.
+#[inline(always)]
+pub(super) fn tightest<S: Simd>(
+    simd: S,
+    x: &Vectors,
+    d: &Vectors,
+    [a, b]: [usize; 2],
+    limit: &[f32],
+    aim: f32,
+    [room_a, room_b]: [&mut [f32]; 2],
+) {
+    let run = |from: usize| from..from + limit.len();
+    let limit = lanes::<S>(limit);
+    let len = limit.len();
+    let [ax, ay, az] = [&x.x, &x.y, &x.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
+    let [bx, by, bz] = [&x.x, &x.y, &x.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
+    let [au, av, aw] = [&d.x, &d.y, &d.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
+    let [bu, bv, bw] = [&d.x, &d.y, &d.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
+    let [room_a, room_b] = [room_a, room_b].map(|room| &mut S::as_mut_simd_f32s(room).0[..len]);
+    let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
+    let [aim, half, zero] = [aim, 0.5, 0.0].map(|value| simd.splat_f32s(value));
+    for i in 0..len {
+        let x = add(sub(bx[i], ax[i]), sub(bu[i], au[i]));
+        let y = add(sub(by[i], ay[i]), sub(bv[i], av[i]));
+        let z = add(sub(bz[i], az[i]), sub(bw[i], aw[i]));
+        let square = add(add(mul(x, x), mul(y, y)), mul(z, z));
+        let length = mul(square, reciprocal_sqrt(simd, square));
+        let left = simd.max_f32s(mul(half, sub(mul(aim, limit[i]), length)), zero);
+        room_a[i] = simd.min_f32s(room_a[i], left);
+        room_b[i] = simd.min_f32s(room_b[i], left);
+    }
+}
+
 #[inline(always)]
 fn lanes<S: Simd>(values: &[f32]) -> &[S::f32s] {
     S::as_simd_f32s(values).0

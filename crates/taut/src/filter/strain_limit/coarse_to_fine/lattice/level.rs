@@ -10,8 +10,9 @@ use std::iter::repeat_n;
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
 
-use super::kernels::{BLOCK, End, Pull, project, worst};
+use super::kernels::{BLOCK, End, Pull, project, tightest, worst};
 use super::tiles::{Tile, Tiles};
 use crate::geometry::{Pool, Vectors, VectorsChunk};
 
@@ -143,6 +144,61 @@ impl Level {
             let rows = rows.start..rows.end.min(layout.rows);
             Arch::new().dispatch(MeasureBand { layout: &layout, x, d, rows, blocks, enough, tile })
         })
+    }
+}
+
+impl Level {
+    /// How far each particle may go, whatever its neighbours do, without a spring becoming longer than `aim` of R: half of what
+    /// the tightest of its springs has left.
+    pub fn measure_room(&self, aim: f32, room: &mut [f32], pool: &Pool) {
+        let row_length = self.row_length();
+        let layout =
+            Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal };
+        let (x, d) = (&self.x, &self.d);
+        room.fill(f32::INFINITY);
+        for phase in [0, 1] {
+            let first = (phase * BAND * row_length).min(room.len());
+            let each = |(index, room): (usize, &mut [f32])| {
+                let begin = (2 * index + phase) * BAND;
+                let rows = begin..(begin + BAND).min(layout.rows);
+                Arch::new().dispatch(RoomBand { layout: &layout, x, d, rows, aim, first: begin * row_length, room });
+            };
+            let bands = room[first..].par_chunks_mut(2 * BAND * row_length);
+            if pool.pays_for(self.size()) {
+                bands.enumerate().for_each(each);
+            } else {
+                room[first..].chunks_mut(2 * BAND * row_length).enumerate().for_each(each);
+            }
+        }
+    }
+}
+
+/// Some rows of a level, with the springs to the next row: how far their particles may go.
+struct RoomBand<'a> {
+    layout: &'a Layout<'a>,
+    x: &'a Vectors,
+    d: &'a Vectors,
+    rows: Range<usize>,
+    aim: f32,
+    first: usize,
+    room: &'a mut [f32],
+}
+
+impl WithSimd for RoomBand<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { layout, x, d, rows, aim, first, room } = self;
+        for row in rows {
+            for run in 0..RUNS {
+                let Some(Run { a, b, limits }) = layout.run(row, run) else { continue };
+                let limit = &*limits.length;
+                let in_band = [a, b].map(|end| end - first..end - first + limit.len());
+                let room = room.get_disjoint_mut(in_band).expect("the two ends of a run do not overlap");
+                tightest(simd, x, d, [a, b], limit, aim, room);
+            }
+        }
     }
 }
 

@@ -20,17 +20,18 @@ use transfer::{bands, coarsened, parents, prolong, sample, sampled};
 /// Levels with at most this many particles are swept [`COARSEST_SWEEPS`] times: they cost nothing and carry the loads.
 const COARSEST: usize = 81;
 const COARSEST_SWEEPS: usize = 3;
-/// What a coarse level keeps of the finer one's distance between aim and limit: a part of a long spring is a long way, and
-/// taking it back within a step would throw the cloth.
-const FALL: f64 = 0.87;
+/// How far below its limit R a spring of the finest level is aimed, as a part of its length L [1]. Coarse levels do alike ..
+pub(super) const BACK_OFF: f32 = 0.008;
+/// .. up to this [m], 0.3 g (1/60 s)^2: a part of a long spring is a long way, and taking it back within a step would throw the
+/// cloth. What counts is that a level has more room than the finer one, and less than gravity takes in a step.
+const FURTHEST: f64 = 8e-4;
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; but from this level on ..
 const STEADY: usize = 2;
 /// .. they turn little, and are pulled along X + (1 - this) D.
-const BACK: f32 = 0.8;
-/// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
-const LOCAL_SWEEPS: usize = 4;
-const LOCAL_ROUNDS: usize = 2;
+const BACK: f32 = 0.95;
+/// After a cycle, the few places that are still over their limit are swept alone, so many times.
+const LOCAL_SWEEPS: usize = 3;
 
 /// A grid's levels, finest first.
 pub(super) struct LatticeLevels {
@@ -38,6 +39,10 @@ pub(super) struct LatticeLevels {
     levels: Vec<Level>,
     /// Displacements of each coarse level before it was swept.
     before: Vec<Vectors>,
+    /// Displacements of the finest level as they were proposed.
+    proposed: Vectors,
+    /// How far each particle of the finest level may go with all its springs within their limits [m].
+    room: Vec<f32>,
     /// Displacements of the finest level one cycle ago.
     previous: Vectors,
     anchors: Vec<Vec<Anchor>>,
@@ -90,11 +95,15 @@ impl LatticeLevels {
             columns = (0..coarsened(columns.len())).map(|i| columns[sampled(i, columns.len())]).collect();
             rows = (0..coarsened(rows.len())).map(|j| rows[sampled(j, rows.len())]).collect();
         }
-        let deltas = (0..levels.len() as i32).map(|index| (f64::from(delta) * std::env::var("FALL").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(FALL).powi(index)) as f32).collect();
+        let spacing = finest_columns[1].max(finest_rows[1]);
+        let of_level = |level: i32| f64::from(delta).min(FURTHEST / (spacing * 2_f64.powi(level))) as f32;
+        let deltas = (0..levels.len() as i32).map(of_level).collect();
         Self {
             first: lattice.first,
             before: levels.iter().map(|level| Vectors::zeros(level.d.len())).collect(),
             previous: levels[0].d.clone(),
+            proposed: levels[0].d.clone(),
+            room: vec![0.0; levels[0].d.len()],
             gained: vec![vec![0.0; levels[0].columns + 2]; bands(&levels[0])],
             tiles: Tiles::new(&levels[0]),
             levels,
@@ -139,6 +148,7 @@ impl Hierarchy for LatticeLevels {
             sample(&fine[index - 1], &coarse[0], &fine[index - 1].x, &mut x);
             coarse[0].x = x;
         }
+        self.proposed.copy_from(&self.levels[0].d);
         self.backwards = false;
     }
 
@@ -160,10 +170,7 @@ impl Hierarchy for LatticeLevels {
         }
         self.sweep(0, pool);
         let mut worst = self.levels[0].measure(enough, &mut self.tiles, true, pool);
-        for _ in 0..LOCAL_ROUNDS {
-            if worst <= enough || !self.tiles.are_few() {
-                break;
-            }
+        if worst > enough && self.tiles.are_few() {
             self.tiles.widen();
             let pull = self.finest_pull();
             for _ in 0..LOCAL_SWEEPS {
@@ -173,6 +180,15 @@ impl Hierarchy for LatticeLevels {
             worst = self.levels[0].measure(enough, &mut self.tiles, false, pool);
         }
         worst
+    }
+
+    fn release(&mut self, pool: &Pool) {
+        let finest = &mut self.levels[0];
+        finest.measure_room(1.0 - 0.75 * self.deltas[0], &mut self.room, pool);
+        let columns =
+            [(&mut finest.d.x, &self.proposed.x), (&mut finest.d.y, &self.proposed.y), (&mut finest.d.z, &self.proposed.z)];
+        let [(x, to_x), (y, to_y), (z, to_z)] = columns;
+        Arch::new().dispatch(Release { d: [x, y, z], proposed: [to_x, to_y, to_z], room: &self.room });
     }
 
     fn motion(&mut self) -> Motion<'_> {
@@ -214,6 +230,32 @@ impl WithSimd for Ahead<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         self.ahead.iter_mut().zip(self.d).for_each(|(ahead, d)| *ahead = d + self.momentum * (d - *ahead));
+    }
+}
+
+/// Moves particles towards their proposed displacements, each by its room at most.
+struct Release<'a> {
+    d: [&'a mut [f32]; 3],
+    proposed: [&'a [f32]; 3],
+    room: &'a [f32],
+}
+
+impl WithSimd for Release<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { d: [x, y, z], proposed: [to_x, to_y, to_z], room } = self;
+        let d = x.iter_mut().zip(y).zip(z);
+        let proposed = to_x.iter().zip(to_y).zip(to_z);
+        for ((((x, y), z), ((to_x, to_y), to_z)), room) in d.zip(proposed).zip(room) {
+            let way = [to_x - *x, to_y - *y, to_z - *z];
+            let length = (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]).sqrt();
+            let part = if length > *room { *room / length } else { 1.0 };
+            *x += part * way[0];
+            *y += part * way[1];
+            *z += part * way[2];
+        }
     }
 }
 
