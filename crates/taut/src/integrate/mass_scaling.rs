@@ -32,7 +32,7 @@ pub(super) struct MassScaling {
     scratch: Vec<Vec<f32>>,
 }
 
-/// A grid with every second column and row of the one before it, and the last ones.
+/// A grid with every second column and row of the one before it.
 struct Grid {
     columns: usize,
     rows: usize,
@@ -122,12 +122,13 @@ impl MassScaling {
 
 /// How many coarse columns (or rows) `count` fine ones have.
 fn coarsened(count: usize) -> usize {
-    count / 2 + 1
+    count.div_ceil(2)
 }
 
-/// The two coarse neighbours of a fine column (or row), each with weight 1/2; the same twice where it is sampled itself.
+/// The two coarse neighbours of a fine column (or row), each with weight 1/2; the same twice where it is sampled itself, and
+/// beyond the last coarse one: a coarse cell that is narrower than the others would be stiffer than its level bears.
 fn parents(fine: usize, count: usize) -> [usize; 2] {
-    if fine.is_multiple_of(2) || fine + 1 == count { [fine.div_ceil(2); 2] } else { [fine / 2, fine / 2 + 1] }
+    if fine.is_multiple_of(2) || fine + 1 == count { [fine / 2; 2] } else { [fine / 2, fine / 2 + 1] }
 }
 
 /// P^T M one grid up; nothing where that would carry what is held.
@@ -207,21 +208,17 @@ fn children(coarse: usize, count: usize) -> impl Iterator<Item = (usize, f32)> {
 #[inline(always)]
 fn gather(fine: &[f32], coarse: &mut [f32]) {
     let (pairs, rest) = fine.as_chunks::<2>();
-    // The last one is sampled itself: as an odd one it has no neighbour to share with.
-    let shared = if rest.is_empty() { pairs.len() - 1 } else { pairs.len() };
-    coarse.fill(0.0);
-    for (out, pair) in coarse.iter_mut().zip(&pairs[..shared]) {
+    for (out, pair) in coarse.iter_mut().zip(pairs) {
         *out = pair[0] + 0.5 * pair[1];
     }
-    for (out, pair) in coarse[1..].iter_mut().zip(&pairs[..shared]) {
-        *out += 0.5 * pair[1];
+    match (rest, pairs) {
+        ([last], _) => coarse[pairs.len()] = *last,
+        // The last one has no neighbour to share with.
+        (_, [.., last]) => coarse[pairs.len() - 1] += 0.5 * last[1],
+        _ => {}
     }
-    match rest {
-        [last] => coarse[shared] += last,
-        _ => {
-            coarse[shared] += pairs[shared][0];
-            coarse[shared + 1] += pairs[shared][1];
-        }
+    for (out, pair) in coarse[1..].iter_mut().zip(pairs) {
+        *out += 0.5 * pair[1];
     }
 }
 
@@ -237,17 +234,15 @@ fn interpolate(coarse: &[f32], columns: usize, rows: [usize; 2], mean: &mut [f32
 /// Calls `put` with every value of a fine row and what P gives there.
 #[inline(always)]
 fn spread(fine: &mut [f32], mean: &[f32], mut put: impl FnMut(usize, &mut f32, f32)) {
-    let count = fine.len();
+    let shared = (fine.len() - 1) / 2;
     let (pairs, rest) = fine.as_chunks_mut::<2>();
-    let shared = if rest.is_empty() { pairs.len() - 1 } else { pairs.len() };
     let sides = mean.iter().zip(&mean[1..]);
     for (k, (pair, (left, right))) in pairs[..shared].iter_mut().zip(sides).enumerate() {
         put(2 * k, &mut pair[0], *left);
         put(2 * k + 1, &mut pair[1], 0.5 * (left + right));
     }
-    for (offset, value) in fine[2 * shared..].iter_mut().enumerate() {
-        let place = 2 * shared + offset;
-        put(place, value, mean[parents(place, count)[0]]);
+    for (offset, value) in pairs[shared..].as_flattened_mut().iter_mut().chain(rest).enumerate() {
+        put(2 * shared + offset, value, mean[shared]);
     }
 }
 
@@ -317,6 +312,125 @@ impl WithSimd for Finish<'_> {
                     spread(out, &row[..grid.columns], |i, value, more| *value += if masses[i] > 0.0 { more } else { 0.0 });
                 }
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use glam::{DVec3, Vec3};
+    use serde_json::{Value, json};
+
+    use super::*;
+    use crate::forces::{Forces, gains};
+    use crate::scene::Scene;
+
+    fn model(cells: [u32; 2], pins: Value) -> Model {
+        let grid = json!({ "size": [1.0, 0.8], "cells": cells, "axes": ["x", "y"] });
+        let cloth = json!({ "grid": grid, "density": 0.2, "stiffness": 20.0, "damping": 0.0, "pins": pins });
+        let document = json!({ "cloth": [cloth], "gravity": [0.0, 0.0, 0.0] });
+        let scene = Scene::from_json(&document.to_string()).expect("a valid scene");
+        Model::build(&scene, &BTreeMap::new()).expect("a valid model")
+    }
+
+    /// A grid of so many cells, its finest vibrations left with `share`.
+    fn scaled(cells: [u32; 2], pins: Value, share: f64) -> (Model, MassScaling, Shares) {
+        let (model, shares) = (model(cells, pins), Shares::new(share));
+        let scaling = MassScaling::new(&model, &model.cloths[0], &model.lattices[0], [&shares, &shares]);
+        (model, scaling, shares)
+    }
+
+    /// Some velocities that differ from particle to particle, those of held ones zero.
+    fn velocities(model: &Model, seed: f32) -> Vectors {
+        let value = |particle: usize| {
+            let phase = seed + particle as f32;
+            let free = f32::from(model.particles.inverse_mass[particle] > 0.0);
+            Vec3::new((12.9 * phase).sin(), (78.2 * phase).sin(), (37.7 * phase).sin()) * free
+        };
+        (0..model.particle_count()).map(value).collect()
+    }
+
+    /// Sum of M a b.
+    fn product(model: &Model, a: &Vectors, b: &Vectors) -> f64 {
+        let terms = a.iter().zip(b.iter()).zip(&model.particles.mass);
+        terms.map(|((a, b), mass)| f64::from(*mass) * a.as_dvec3().dot(b.as_dvec3())).sum()
+    }
+
+    fn apply(scaling: &mut MassScaling, shares: &Shares, field: &Vectors) -> Vectors {
+        let mut result = Vectors::zeros(field.len());
+        scaling.add(shares, field, &mut result, &Pool::new(1));
+        result
+    }
+
+    const SIZES: [[u32; 2]; 6] = [[2, 2], [3, 2], [5, 9], [16, 16], [31, 12], [40, 33]];
+
+    #[test]
+    fn a_field_without_differences_passes_and_momentum_is_kept() {
+        for cells in SIZES {
+            for share in [1.0, 0.5, 0.1, 1e-3] {
+                let (model, mut scaling, shares) = scaled(cells, json!([]), share);
+                let even = (0..model.particle_count()).map(|_| Vec3::new(1.0, -2.0, 0.5)).collect();
+                for value in apply(&mut scaling, &shares, &even).iter() {
+                    assert!(value.abs_diff_eq(Vec3::new(1.0, -2.0, 0.5), 1e-5), "{cells:?}, {share}: {value}");
+                }
+                let momentum = |field: &Vectors| {
+                    field.iter().zip(&model.particles.mass).map(|(v, mass)| v.as_dvec3() * f64::from(*mass)).sum::<DVec3>()
+                };
+                let field = velocities(&model, 0.3);
+                let off = momentum(&apply(&mut scaling, &shares, &field)) - momentum(&field);
+                assert!(off.length() < 1e-6, "{cells:?}, {share}: {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn it_is_symmetric_and_positive_and_moves_nothing_that_is_held() {
+        for cells in SIZES {
+            let (model, mut scaling, shares) =
+                scaled(cells, json!([{ "corner": "top-left" }, { "nearest": [0.4, 0.3, 0.0] }]), 0.01);
+            let (a, b) = (velocities(&model, 0.1), velocities(&model, 0.7));
+            let (of_a, of_b) = (apply(&mut scaling, &shares, &a), apply(&mut scaling, &shares, &b));
+            let (one, other) = (product(&model, &of_a, &b), product(&model, &a, &of_b));
+            let size = product(&model, &a, &a);
+            assert!((one - other).abs() < 1e-6 * size, "{cells:?}: {one} {other}");
+            let kept = product(&model, &of_a, &a);
+            assert!(kept > 0.0099 * size && kept < 1.001 * size, "{cells:?}: {kept} of {size}");
+            for (value, weight) in of_a.iter().zip(&model.particles.inverse_mass) {
+                assert!(*weight > 0.0 || value == Vec3::ZERO);
+            }
+        }
+    }
+
+    #[test]
+    fn no_vibration_is_faster_than_the_step_bears() {
+        for (cells, pins) in [
+            ([20, 20], json!([])),
+            ([33, 17], json!([{ "corner": "top-left" }])),
+            ([62, 45], json!([{ "corner": "top-left" }, { "corner": "top-right" }])),
+            ([130, 21], json!([])),
+            ([98, 75], json!([{ "nearest": [0.31, 0.4, 0.0] }])),
+            ([24, 40], json!([{ "edge": "left" }, { "nearest": [0.53, 0.41, 0.0] }])),
+        ] {
+            let timing = model(cells, pins.clone()).timing.scaled.expect("masses are scaled");
+            let (model, mut scaling, shares) = scaled(cells, pins, timing.spring_share);
+            // The largest eigenvalue by power iteration on small displacements.
+            let (pool, mut forces, all) = (Pool::new(1), Forces::new(&model), 0..model.particle_count());
+            let mut mode = velocities(&model, 0.2);
+            let mut square = 0.0;
+            for _ in 0..200 {
+                let small = 1e-4 / product(&model, &mode, &mode).sqrt();
+                let (mut moved, mut gained) = (model.particles.rest.clone(), Vectors::zeros(all.len()));
+                moved.add_scaled(all.clone(), &mode, small as f32, &pool);
+                gains(&model, &model.cloths[0], &moved, &mut gained, 1.0, &mut forces, &pool);
+                mode = apply(&mut scaling, &shares, &gained);
+                square = product(&model, &mode, &mode).sqrt() / 1e-4;
+            }
+            let part = model.timing.step_length / f64::from(timing.parts);
+            let rate = square * timing.springs_ahead;
+            assert!(part * part * square + 2.0 * part * rate < 4.0, "{cells:?}: {} {}", part * part * square, part * rate);
+            assert!(part * part * square > 0.5, "{cells:?}: needlessly slow, {}", part * part * square);
         }
     }
 }
