@@ -19,7 +19,9 @@ use crate::state::{State, measure};
 use certificate::Certificate;
 use motion::Motion;
 
-/// Springs are aimed below their limit by a part of the strain that it allows, at most [1].
+/// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
+const BACK_OFF: f32 = 0.012;
+/// .. and at most, as a part of the strain that R allows.
 const LARGEST_BACK_OFF: f32 = 0.5;
 /// Part of the last cycle's way that the next one starts with.
 const MOMENTUM: f32 = 0.85;
@@ -82,8 +84,7 @@ impl Unit {
     /// A cloth; none if nothing in it is limited.
     fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
-        let back_off = if cloth.lattice.is_some() { lattice::BACK_OFF } else { general::BACK_OFF };
-        let delta = back_off.min(LARGEST_BACK_OFF * strain) / (1.0 + strain);
+        let delta = BACK_OFF.min(LARGEST_BACK_OFF * strain) / (1.0 + strain);
         let levels: Box<dyn Hierarchy> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
             None => Box::new(general::GeneralLevels::new(model, cloth, strain, delta)),

@@ -21,8 +21,6 @@ use forest::Forest;
 use level::{Level, Pull, square_distance};
 use tiles::Tiles;
 
-/// How far below its limit R a corrected spring is aimed, as a part of its length L [1].
-pub(super) const BACK_OFF: f32 = 0.012;
 /// Levels with at most this many particles are swept [`COARSEST_SWEEPS`] times: they cost nothing and carry the loads.
 const COARSEST: usize = 81;
 const COARSEST_SWEEPS: usize = 3;

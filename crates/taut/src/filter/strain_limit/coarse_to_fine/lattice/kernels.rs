@@ -29,14 +29,14 @@ pub(super) struct Pull {
     pub trigger: f32,
     /// .. to this length ..
     pub aim: f32,
-    /// .. along X + (1 - back) D instead of X + D, D being how far the spring has come in the step: 1 is its direction at the
-    /// start of the step. Only if D is not long against the spring.
-    pub back: f32,
+    /// .. along X, their direction at the start of the step, instead of X + D: only if D, what the step has turned and
+    /// stretched them by, is short against them.
+    pub at_start: bool,
 }
 
-/// Springs whose |D|^2 is a larger part of their |X + D|^2 are pulled along their direction at the end of the step: they turn
-/// so far that the one at the start says little [1].
-const TURNED: f32 = 0.1;
+/// Springs whose |D|^2 is a larger part of |X + D|^2 than this are pulled along X + D in any case: they turn so far that their
+/// direction at the start says little [1].
+const TURNED: f32 = 0.01;
 
 /// Projects every spring of a run that is over its trigger. Where none of a register's springs is, nothing is stored.
 #[inline(always)]
@@ -63,10 +63,10 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], p
         }
         let mut excess = sub(one, mul(mul(limit[i], aim), reciprocal_sqrt(simd, square)));
         let mut along = [x, y, z];
-        if pull.back > 0.0 {
+        if pull.at_start {
             let moved = add(add(mul(u, u), mul(v, v)), mul(w, w));
             let little = simd.less_than_f32s(moved, mul(simd.splat_f32s(TURNED), square));
-            let back = simd.select_f32s(little, simd.splat_f32s(pull.back), zero);
+            let back = simd.select_f32s(little, one, zero);
             along = [sub(x, mul(back, u)), sub(y, mul(back, v)), sub(z, mul(back, w))];
             // The length still shrinks by the same.
             let part = add(add(mul(x, along[0]), mul(y, along[1])), mul(z, along[2]));

@@ -20,16 +20,13 @@ use transfer::{bands, coarsened, parents, prolong, sample, sampled};
 /// Levels with at most this many particles are swept [`COARSEST_SWEEPS`] times: they cost nothing and carry the loads.
 const COARSEST: usize = 81;
 const COARSEST_SWEEPS: usize = 3;
-/// How far below its limit R a spring of the finest level is aimed, as a part of its length L [1]. Coarse levels do alike ..
-pub(super) const BACK_OFF: f32 = 0.008;
-/// .. up to this [m], 0.3 g (1/60 s)^2: a part of a long spring is a long way, and taking it back within a step would throw the
-/// cloth. What counts is that a level has more room than the finer one, and less than gravity takes in a step.
-const FURTHEST: f64 = 8e-4;
+/// Levels aim below their limit by a part of a spring's length, up to this [m]: a part of a long spring is a long way, and taking
+/// it back within a step would throw the cloth. What counts is that a level has more room than the finer one, and less than
+/// gravity takes in a step of 1/60 s (2.7 mm).
+const FURTHEST: f64 = 1e-3;
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
-/// that; but from this level on ..
+/// that; from this level on they turn little.
 const STEADY: usize = 2;
-/// .. they turn little, and are pulled along X + (1 - this) D.
-const BACK: f32 = 0.95;
 /// After a cycle, the few places that are still over their limit are swept alone, so many times.
 const LOCAL_SWEEPS: usize = 3;
 
@@ -116,13 +113,12 @@ impl LatticeLevels {
     /// Not every spring that is a little over its aim is worth a pull: only those more than a quarter of the way to the limit.
     fn finest_pull(&self) -> Pull {
         let delta = self.deltas[0];
-        Pull { trigger: 1.0 - 0.75 * delta, aim: 1.0 - delta, back: 0.0 }
+        Pull { trigger: 1.0 - 0.75 * delta, aim: 1.0 - delta, at_start: false }
     }
 
     fn sweep(&mut self, index: usize, pool: &Pool) {
         let aim = 1.0 - self.deltas[index];
-        let back = if index >= STEADY { BACK } else { 0.0 };
-        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: aim, aim, back } };
+        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: aim, aim, at_start: index >= STEADY } };
         self.levels[index].sweep(pull, self.backwards, None, pool);
         self.backwards = !self.backwards;
         let (finest, coarse) = self.levels.split_at_mut(1);
