@@ -21,8 +21,10 @@ use motion::Motion;
 
 /// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
 const BACK_OFF: f32 = 0.012;
-/// .. and at most, as a part of the strain that R allows.
-const LARGEST_BACK_OFF: f32 = 0.5;
+/// .. and at most, as a part of the strain that R allows; on grids ..
+const LARGEST_BACK_OFF: f32 = 0.7;
+/// .. and elsewhere, where springs still vibrate within a step: cloth without dampers would gain energy.
+const LARGEST_BACK_OFF_UNSCALED: f32 = 0.5;
 /// Part of the last cycle's way that the next one starts with.
 const MOMENTUM: f32 = 0.85;
 /// A cycle that makes the worst spring this much worse ends the momentum.
@@ -84,7 +86,8 @@ impl Unit {
     /// A cloth; none if nothing in it is limited.
     fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
-        let delta = BACK_OFF.min(LARGEST_BACK_OFF * strain) / (1.0 + strain);
+        let largest = if cloth.lattice.is_some() { LARGEST_BACK_OFF } else { LARGEST_BACK_OFF_UNSCALED };
+        let delta = BACK_OFF.min(largest * strain) / (1.0 + strain);
         let levels: Box<dyn Hierarchy> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
             None => Box::new(general::GeneralLevels::new(model, cloth, strain, delta)),
