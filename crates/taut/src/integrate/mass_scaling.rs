@@ -108,15 +108,22 @@ impl MassScaling {
             let coarser = coarser.first().filter(|_| index + 1 < levels);
             let Grid { columns, rows, weights, field } = &mut grids[index];
             let (columns, rows, share) = (*columns, *rows, share(index + 1));
-            field.for_each_band(0..columns * rows, BAND * columns, scratch, pool, |out, row| {
-                Arch::new().dispatch(Descend { out, weights, columns, rows, share, coarser, row });
+            for column in [&mut field.x, &mut field.y, &mut field.z] {
+                column.iter_mut().zip(&*weights).for_each(|(value, weight)| *value *= share * weight);
+            }
+            if let Some(coarser) = coarser {
+                field.for_each_band(0..columns * rows, BAND * columns, scratch, pool, |out, row| {
+                    Arch::new().dispatch(Prolong { out, first: 0, columns, rows, coarser, row });
+                });
+            }
+        }
+        velocities.add_scaled(particles.clone(), gains, share(0), pool);
+        if let Some(coarser) = coarse.first().filter(|_| levels > 0) {
+            let (first, columns, rows) = (*first, *columns, *rows);
+            velocities.for_each_band(particles, BAND * columns, scratch, pool, |out, row| {
+                Arch::new().dispatch(Prolong { out, first, columns, rows, coarser, row });
             });
         }
-        let (columns, rows, share) = (*columns, *rows, share(0));
-        let (coarser, masses) = (coarse.first().filter(|_| levels > 0), &*masses);
-        velocities.for_each_band(particles, BAND * columns, scratch, pool, |out, row| {
-            Arch::new().dispatch(Finish { out, gains, masses, first: *first, columns, rows, share, coarser, row });
-        });
     }
 }
 
@@ -231,86 +238,40 @@ fn interpolate(coarse: &[f32], columns: usize, rows: [usize; 2], mean: &mut [f32
     }
 }
 
-/// Calls `put` with every value of a fine row and what P gives there.
+/// Adds what P gives along a row.
 #[inline(always)]
-fn spread(fine: &mut [f32], mean: &[f32], mut put: impl FnMut(usize, &mut f32, f32)) {
+fn spread(fine: &mut [f32], mean: &[f32]) {
     let shared = (fine.len() - 1) / 2;
     let (pairs, rest) = fine.as_chunks_mut::<2>();
     let sides = mean.iter().zip(&mean[1..]);
-    for (k, (pair, (left, right))) in pairs[..shared].iter_mut().zip(sides).enumerate() {
-        put(2 * k, &mut pair[0], *left);
-        put(2 * k + 1, &mut pair[1], 0.5 * (left + right));
+    for (pair, (left, right)) in pairs[..shared].iter_mut().zip(sides) {
+        pair[0] += left;
+        pair[1] += 0.5 * (left + right);
     }
-    for (offset, value) in pairs[shared..].as_flattened_mut().iter_mut().chain(rest).enumerate() {
-        put(2 * shared + offset, value, mean[shared]);
-    }
+    pairs[shared..].as_flattened_mut().iter_mut().chain(rest).for_each(|value| *value += mean[shared]);
 }
 
-/// Some rows of a coarse grid: field := share field / M_l + P of the coarser one.
-struct Descend<'a> {
+/// Adds P of a coarser grid to some rows. What is held gets nothing: all that it follows is held as well.
+struct Prolong<'a> {
     out: VectorsChunk<'a>,
-    weights: &'a [f32],
-    columns: usize,
-    rows: usize,
-    share: f32,
-    coarser: Option<&'a Grid>,
-    row: &'a mut [f32],
-}
-
-impl WithSimd for Descend<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { out, weights, columns, rows, share, coarser, row } = self;
-        let first = out.first / columns;
-        let fields = [0, 1, 2].map(|axis| coarser.map(|grid| (grid, [&grid.field.x, &grid.field.y, &grid.field.z][axis])));
-        for (out, coarser) in [out.x, out.y, out.z].into_iter().zip(fields) {
-            for (index, out) in out.chunks_exact_mut(columns).enumerate() {
-                let number = first + index;
-                let weights = &weights[number * columns..][..columns];
-                out.iter_mut().zip(weights).for_each(|(value, weight)| *value *= share * weight);
-                if let Some((grid, field)) = coarser {
-                    interpolate(field, grid.columns, parents(number, rows), row);
-                    spread(out, &row[..grid.columns], |_, value, more| *value += more);
-                }
-            }
-        }
-    }
-}
-
-/// Some rows of the lattice: velocities += share gains + P of the first coarse grid, but for what is held.
-struct Finish<'a> {
-    out: VectorsChunk<'a>,
-    gains: &'a Vectors,
-    masses: &'a [f32],
     first: usize,
     columns: usize,
     rows: usize,
-    share: f32,
-    coarser: Option<&'a Grid>,
+    coarser: &'a Grid,
     row: &'a mut [f32],
 }
 
-impl WithSimd for Finish<'_> {
+impl WithSimd for Prolong<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { out, gains, masses, first, columns, rows, share, coarser, row } = self;
-        let start = out.first;
-        let fields = [0, 1, 2].map(|axis| coarser.map(|grid| (grid, [&grid.field.x, &grid.field.y, &grid.field.z][axis])));
-        let columns_of = [(out.x, &gains.x), (out.y, &gains.y), (out.z, &gains.z)];
-        for ((out, gains), coarser) in columns_of.into_iter().zip(fields) {
+        let Self { out, first, columns, rows, coarser, row } = self;
+        let start = (out.first - first) / columns;
+        for (out, field) in [(out.x, &coarser.field.x), (out.y, &coarser.field.y), (out.z, &coarser.field.z)] {
             for (index, out) in out.chunks_exact_mut(columns).enumerate() {
-                let place = start + index * columns;
-                let gains = &gains[place..][..columns];
-                out.iter_mut().zip(gains).for_each(|(value, gain)| *value += share * gain);
-                if let Some((grid, field)) = coarser {
-                    let masses = &masses[place - first..][..columns];
-                    interpolate(field, grid.columns, parents((place - first) / columns, rows), row);
-                    spread(out, &row[..grid.columns], |i, value, more| *value += if masses[i] > 0.0 { more } else { 0.0 });
-                }
+                interpolate(field, coarser.columns, parents(start + index, rows), row);
+                spread(out, &row[..coarser.columns]);
             }
         }
     }
