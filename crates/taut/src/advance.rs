@@ -57,12 +57,10 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
                 let particle = inspect(model, state, work).non_finite.unwrap_or_default();
                 return Err(NonFinite { particle, time: state.time(model) });
             }
-            let worst = summary.steps == 0 || report.worst_stretch > summary.worst_stretch;
-            summary.add(report);
-            if worst && left > 0 {
-                summary.worst_spring = worst_spring(model, &model.cloths[report.worst_cloth], &state.positions);
-            } else if worst {
-                summary.worst_spring = None; // the examination will tell
+            if summary.add(report) {
+                // After the last step the examination will tell.
+                let cloth = (left > 0).then(|| &model.cloths[report.worst_cloth]);
+                summary.worst_spring = cloth.and_then(|cloth| worst_spring(model, cloth, &state.positions));
             }
         }
         summary.last = inspect(model, state, work);
@@ -79,8 +77,10 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
 }
 
 impl Summary {
-    fn add(&mut self, report: StepReport) {
-        if self.steps == 0 || report.worst_stretch > self.worst_stretch {
+    /// Returns whether no step before was stretched so far.
+    fn add(&mut self, report: StepReport) -> bool {
+        let worst = self.steps == 0 || report.worst_stretch > self.worst_stretch;
+        if worst {
             self.worst_stretch = report.worst_stretch;
         }
         self.steps += 1;
@@ -90,5 +90,6 @@ impl Summary {
         self.sweeps += u64::from(report.limited.sweeps);
         self.cuts += u64::from(report.limited.cuts);
         self.held_back_pins += u64::from(report.limited.held_back_pins);
+        worst
     }
 }
