@@ -137,24 +137,18 @@ impl Level {
     /// Largest |X_uv + D_uv| / R of all springs, or of those that the last sweep over tiles may have changed; marks the tiles
     /// where it is over `enough`.
     pub fn measure(&self, enough: f32, tiles: &mut Tiles, everywhere: bool, pool: &Pool) -> f32 {
-        let layout =
-            Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal };
-        let (x, d) = (&self.x, &self.d);
+        let (layout, x, d) = (self.layout(), &self.x, &self.d);
         tiles.measure(everywhere, pool.pays_for(self.size()), |rows, blocks, tile| {
             let rows = rows.start..rows.end.min(layout.rows);
             Arch::new().dispatch(MeasureBand { layout: &layout, x, d, rows, blocks, enough, tile })
         })
     }
-}
 
-impl Level {
     /// How far each particle may go, whatever its neighbours do, without a spring becoming longer than `aim` of R: half of what
     /// the tightest of its springs has left.
     pub fn measure_room(&self, aim: f32, room: &mut [f32], pool: &Pool) {
         let row_length = self.row_length();
-        let layout =
-            Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal };
-        let (x, d) = (&self.x, &self.d);
+        let (layout, x, d) = (self.layout(), &self.x, &self.d);
         room.fill(f32::INFINITY);
         for phase in [0, 1] {
             let first = (phase * BAND * row_length).min(room.len());
@@ -170,6 +164,10 @@ impl Level {
                 room[first..].chunks_mut(2 * BAND * row_length).enumerate().for_each(each);
             }
         }
+    }
+
+    fn layout(&self) -> Layout<'_> {
+        Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal }
     }
 }
 
