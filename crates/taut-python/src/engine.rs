@@ -51,8 +51,21 @@ impl Engine {
         report(py, &result.map_err(|error| self.explain(error))?, time)
     }
 
-    fn check_vertex(&self, vertex: usize) -> PyResult<()> {
-        below("vertex", vertex, self.model.particle_count())
+    /// The particle of a vertex.
+    fn particle(&self, vertex: usize) -> PyResult<u32> {
+        below("vertex", vertex, self.model.particle_count())?;
+        Ok(self.model.numbering.particle(vertex as u32))
+    }
+
+    /// The vertex of a particle, as NumPy counts.
+    fn vertex(&self, particle: u32) -> i32 {
+        self.model.numbering.vertex(particle) as i32
+    }
+
+    /// The state in the order of the vertices.
+    fn state(&self, py: Python<'_>) -> State {
+        let state = self.with(py, |running| running.state.clone());
+        state.to_vertices(&self.model.numbering)
     }
 
     fn check_group(&self, group: usize) -> PyResult<()> {
@@ -61,10 +74,9 @@ impl Engine {
 
     /// Names the cloth and its own vertex instead of the particle.
     fn explain(&self, error: NonFinite) -> PyErr {
-        let particle = error.particle as usize;
-        let place = self.model.cloths.iter().find(|cloth| (cloth.first..cloth.first + cloth.count).contains(&particle));
-        let place =
-            place.map_or_else(String::new, |cloth| format!("cloth {:?}, vertex {}: ", cloth.name, particle - cloth.first));
+        let vertex = self.model.numbering.vertex(error.particle) as usize;
+        let place = self.model.cloths.iter().find(|cloth| cloth.particles().contains(&vertex));
+        let place = place.map_or_else(String::new, |cloth| format!("cloth {:?}, vertex {}: ", cloth.name, vertex - cloth.first));
         SimulationError::new_err(format!("{place}{error}"))
     }
 }
@@ -115,13 +127,13 @@ impl Engine {
 
     #[getter]
     fn faces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i32>> {
-        let flat = self.model.triangles.iter().flatten().map(|&corner| corner as i32);
+        let flat = self.model.triangles.iter().flatten().map(|&corner| self.vertex(corner));
         arrays::rows_of(PyArray1::from_iter(py, flat), 3)
     }
 
     #[getter]
     fn springs<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i32>> {
-        let flat = self.model.springs.ends.iter().flatten().map(|&end| end as i32);
+        let flat = self.model.springs.ends.iter().flatten().map(|&end| self.vertex(end));
         arrays::rows_of(PyArray1::from_iter(py, flat), 2)
     }
 
@@ -147,12 +159,13 @@ impl Engine {
 
     #[getter]
     fn mass<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        PyArray1::from_slice(py, &self.model.particles.mass)
+        PyArray1::from_iter(py, self.model.numbering.by_vertex(&self.model.particles.mass))
     }
 
     #[getter]
     fn pinned<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        PyArray1::from_iter(py, self.model.particles.inverse_mass.iter().map(|&inverse| inverse == 0.0))
+        let weights = self.model.numbering.by_vertex(&self.model.particles.inverse_mass);
+        PyArray1::from_iter(py, weights.map(|weight| weight == 0.0))
     }
 
     #[getter]
@@ -181,41 +194,41 @@ impl Engine {
     }
 
     fn positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
-        let positions = self.with(py, |running| running.state.positions.clone());
+        let positions = self.with(py, |running| self.model.numbering.to_vertices(&running.state.positions));
         arrays::to_numpy(py, &positions)
     }
 
     fn velocities<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
-        let velocities = self.with(py, |running| running.state.velocities.clone());
+        let velocities = self.with(py, |running| self.model.numbering.to_vertices(&running.state.velocities));
         arrays::to_numpy(py, &velocities)
     }
 
     fn read_state(&self, py: Python<'_>, positions: &Bound<'_, PyAny>, velocities: &Bound<'_, PyAny>) -> PyResult<()> {
-        let state = self.with(py, |running| running.state.clone());
+        let state = self.state(py);
         arrays::write_into("positions", &state.positions, positions)?;
         arrays::write_into("velocities", &state.velocities, velocities)
     }
 
     #[getter]
     fn pin_groups<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<i32>>> {
-        let group = |particles: &[u32]| PyArray1::from_iter(py, particles.iter().map(|&particle| particle as i32));
+        let group = |particles: &[u32]| PyArray1::from_iter(py, particles.iter().map(|&particle| self.vertex(particle)));
         self.model.pins.iter().map(|pins| group(&pins.particles)).collect()
     }
 
     fn lead(&self, py: Python<'_>, vertex: usize, target: [f32; 3], speed: f32) -> PyResult<()> {
-        self.check_vertex(vertex)?;
+        let particle = self.particle(vertex)?;
         if !(target.iter().all(|part| part.is_finite()) && speed > 0.0) {
             return Err(PyValueError::new_err(format!(
                 "target = {target:?}, speed = {speed}: must be finite numbers and a speed above 0"
             )));
         }
-        self.with(py, |running| running.work.hands().lead(vertex as u32, target.into(), speed));
+        self.with(py, |running| running.work.hands().lead(particle, target.into(), speed));
         Ok(())
     }
 
     fn release(&self, py: Python<'_>, vertex: usize) -> PyResult<()> {
-        self.check_vertex(vertex)?;
-        self.with(py, |running| running.work.hands().release(vertex as u32));
+        let particle = self.particle(vertex)?;
+        self.with(py, |running| running.work.hands().release(particle));
         Ok(())
     }
 
@@ -243,7 +256,7 @@ impl Engine {
     }
 
     fn past<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f32>>> {
-        let past = self.with(py, |running| running.state.past.clone());
+        let past = self.state(py).past;
         let vectors: Vectors = past.displacements.iter().chain(past.gains.iter()).collect();
         (!vectors.is_empty()).then(|| arrays::to_numpy(py, &vectors))
     }
@@ -267,6 +280,7 @@ impl Engine {
             let (displacements, gains) = past.split_at(remembered);
             state.past = Past { displacements: displacements.iter().copied().collect(), gains: gains.iter().copied().collect() };
         }
+        let state = state.to_particles(&self.model.numbering);
         self.with(py, |running| running.state = state);
         Ok(())
     }
@@ -294,7 +308,7 @@ impl Engine {
     fn yardstick<'py>(&self, py: Python<'py>, repeats: usize) -> Timed<'py> {
         let positions = self.with(py, |running| running.state.positions.clone());
         let (seconds, forces) = py.detach(|| yardstick::measure(&self.model, &positions, repeats));
-        (PyArray1::from_vec(py, seconds), arrays::to_numpy(py, &forces))
+        (PyArray1::from_vec(py, seconds), arrays::to_numpy(py, &self.model.numbering.to_vertices(&forces)))
     }
 
     fn external_forces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
@@ -307,11 +321,11 @@ impl Engine {
         for column in [&mut accelerations.x, &mut accelerations.y, &mut accelerations.z] {
             column.iter_mut().zip(masses).for_each(|(part, mass)| *part *= mass);
         }
-        arrays::to_numpy(py, &accelerations)
+        arrays::to_numpy(py, &self.model.numbering.to_vertices(&accelerations))
     }
 
     fn state_hash(&self, py: Python<'_>) -> String {
-        format!("{:016x}", self.with(py, |running| running.state.hash()))
+        format!("{:016x}", self.state(py).hash())
     }
 }
 

@@ -68,7 +68,7 @@ fn droop(model: &Model, tip: usize) -> DVec2 {
     advance(model, &mut state, &mut before, &mut work, steps).expect("stays finite");
     let fastest = state.velocities.iter().map(Vec3::length).fold(0.0, f32::max);
     assert!(fastest < 5e-3, "still moving with {fastest} m/s");
-    let end = state.positions.get(tip).as_dvec3();
+    let end = state.positions.get(model.numbering.particle(tip as u32) as usize).as_dvec3();
     DVec2::new(end.x, -end.z) / LENGTH
 }
 

@@ -143,6 +143,7 @@ fn a_tether_is_as_long_as_the_way_along_the_cloth() {
     scene["cloth"][0]["mesh"] = json!("mesh");
     let meshes = BTreeMap::from([("mesh".to_owned(), irregular(20))]);
     let model = Model::build(&common::scene(&scene), &meshes).expect("a model");
+    let arc: Vec<u32> = arc.iter().map(|&vertex| model.numbering.particle(vertex)).collect();
     let rest = |particle: u32| model.particles.rest.get(particle as usize).as_dvec3();
     let mut run = Simulation::of(Model::build(&common::scene(&scene), &meshes).expect("a model"));
     // All is far above the pins, so that every tether is taut.

@@ -9,12 +9,12 @@ use common::{mesh_model, model, network};
 use serde_json::json;
 use taut::model::{MeshData, Model, SpringKind};
 
-/// Springs by their ends: kind, rest length, stiffness.
+/// Springs by the vertices of their ends: kind, rest length, stiffness.
 fn springs(model: &Model) -> BTreeMap<[u32; 2], (bool, f32, f32)> {
     let all = &model.springs;
     (0..all.len())
         .map(|index| {
-            let [a, b] = all.ends[index];
+            let [a, b] = all.ends[index].map(|end| model.numbering.vertex(end));
             ([a.min(b), a.max(b)], (all.kind[index] == SpringKind::Shear, all.rest[index], all.stiffness[index]))
         })
         .collect()
@@ -84,12 +84,14 @@ fn vertices_and_faces_keep_the_users_order_and_rotation_is_x_then_y_then_z() {
         counts: vec![3],
     };
     let model = mesh_model(json!({ "rotate": [90.0, 0.0, 90.0] }), mesh);
-    assert_eq!(model.triangles, [[2, 3, 0]]);
+    assert_eq!(model.triangles[0].map(|corner| model.numbering.vertex(corner)), [2, 3, 0]);
     // About x: (0, 1, 0) -> (0, 0, 1), which z leaves alone; (1, 0, 0) stays, then turns to (0, 1, 0).
-    let at = |index| model.particles.rest.get(index);
+    let places = model.numbering.to_vertices(&model.particles.rest);
+    let at = |vertex| places.get(vertex);
+    assert_eq!(model.numbering.to_particles(&places), model.particles.rest);
     assert!((at(0) - glam::Vec3::Z).length() < 1e-6 && (at(3) - glam::Vec3::Y).length() < 1e-6, "{} {}", at(0), at(3));
     assert_eq!(model.particle_count(), 4);
-    assert_eq!(model.particles.inverse_mass[1], 0.0);
+    assert_eq!(model.particles.inverse_mass[model.numbering.particle(1) as usize], 0.0);
 }
 
 #[test]

@@ -238,14 +238,17 @@ fn a_mirrored_step_is_corrected_much_alike() {
     assert!(apart < 0.3, "{apart}");
 }
 
-/// A model, the same with other numbers, and which number is which.
+/// A model, the same with other numbers, and which particle is which.
 fn shuffled(cloth: &Cloth, random: &mut impl FnMut() -> f64) -> (Model, Model, Vec<u32>, bool) {
     let plain = build(cloth, None, false);
     let mut order: Vec<u32> = (0..plain.particle_count() as u32).collect();
     for last in (1..order.len()).rev() {
         order.swap(last, (random() * (last + 1) as f64) as usize);
     }
-    (plain, build(cloth, Some(&order), false), order, false)
+    let other = build(cloth, Some(&order), false);
+    let vertex = |particle: u32| order[plain.numbering.vertex(particle) as usize];
+    let particles = (0..order.len() as u32).map(|particle| other.numbering.particle(vertex(particle))).collect();
+    (plain, other, particles, false)
 }
 
 #[test]

@@ -9,8 +9,8 @@ use super::bending::{CurvedCloth, Row};
 use super::part::{Panel, Part};
 use super::{
     Adjacency, Air, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice, Link,
-    MeshData, Model, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending, curve::CurvesOfCloth, grid, mesh,
-    network, pins, reach, stability::Rates, suits, timing, weights,
+    MeshData, Model, Numbering, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending, curve::CurvesOfCloth,
+    grid, mesh, network, numbering, pins, reach, stability::Rates, suits, timing, weights,
 };
 use crate::geometry::Vectors;
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source, WindLaw};
@@ -61,6 +61,7 @@ fn build_part(cloth: &Cloth, at: &str, meshes: &BTreeMap<String, MeshData>) -> R
 #[derive(Default)]
 struct Assembly {
     cloths: Vec<ClothRange>,
+    numbering: Numbering,
     particles: Particles,
     triangles: Vec<[u32; 3]>,
     panels: Vec<Panel>,
@@ -99,24 +100,37 @@ impl Assembly {
         let pins = pins::build(cloth, &part, at, first as u32, &mut self.warnings)?;
         let held = |vertex: u32| pins.iter().any(|group| group.particles.contains(&(vertex + first as u32)));
         let extra = weights::build(cloth, &part, at, held, &mut self.warnings)?;
-        self.pins.extend(pins);
+        // All that the user says in numbers of vertices has been heard.
+        let count = part.points.len();
+        let numbers = if cloth.mesh.is_some() {
+            numbering::near_together(count, part.springs.iter().map(|spring| spring.ends))
+        } else {
+            (0..count as u32).collect()
+        };
+        self.numbering.extend(&numbers);
+        let part = if cloth.mesh.is_some() { part.renumbered(&numbers) } else { part };
+        self.pins.extend(pins.into_iter().map(|group| PinGroup {
+            particles: group.particles.iter().map(|&vertex| self.numbering.particle(vertex)).collect(),
+            ..group
+        }));
         let areas = part.areas();
         let law = scene.wind.as_ref().map_or(WindLaw::Pressure, |wind| wind.law);
         let lift = if law == WindLaw::DragLift { material.lift_coefficient } else { 0.0 };
         let coefficient = material.drag_coefficient + lift + cloth.friction_coefficient;
         for (index, point) in part.points.iter().enumerate() {
+            let vertex = self.numbering.vertex((first + index) as u32) as usize - first;
             let own = match cloth.network.as_ref().map(|network| &network.mass) {
                 Some(PointMass::One(mass)) => *mass,
-                Some(PointMass::Each(masses)) => masses[index],
+                Some(PointMass::Each(masses)) => masses[vertex],
                 None => material.density * areas[index],
             };
-            let mass = own + extra[index];
+            let mass = own + extra[vertex];
             let single = mass as f32;
             // Vertices without a face have no mass; they are held where they are.
             self.particles.inverse_mass.push(if single > 0.0 { 1.0 / single } else { 0.0 });
             self.particles.mass.push(single);
             // The air sees the cloth alone: its drag is k_A times the cloth's own mass.
-            let own_part = if extra[index] > 0.0 { own / mass } else { 1.0 };
+            let own_part = if extra[vertex] > 0.0 { own / mass } else { 1.0 };
             self.particles.air_drag.push((material.air_drag * own_part) as f32);
             self.particles.wind.push(Resistance {
                 drag: material.drag_coefficient as f32,
@@ -192,7 +206,7 @@ impl Assembly {
                 strain_limit: if seed.kind.is_type1() { material.strain_limit } else { f64::INFINITY },
             }
         }));
-        let (name, count) = (cloth.name.clone(), part.points.len());
+        let name = cloth.name.clone();
         // Springs and lattice are known when all cloths are there.
         self.cloths.push(ClothRange {
             name,
@@ -218,7 +232,7 @@ impl Assembly {
         self.springs.sort_by_key(|spring| !spring.kind.is_type1());
         let count = self.particles.mass.len();
         let springs = arrays(&self.springs, &self.curves, scene.solver.filter);
-        reach::check(&self.pins, &springs, count)?;
+        reach::check(&self.pins, &springs, &self.numbering, count)?;
         let air = scene.wind.as_ref().map(Air::new);
         let wind = air.as_ref().map_or(0.0, |air| f64::from(air.density) * air.greatest_speed * self.wind_rate);
         let bending = Bending {
@@ -271,6 +285,7 @@ impl Assembly {
             },
             triangles: self.triangles,
             cloths: self.cloths,
+            numbering: self.numbering,
             particles: self.particles,
             springs,
             pins: self.pins,

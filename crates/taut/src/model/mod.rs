@@ -10,6 +10,7 @@ mod grid;
 mod lattice;
 mod mesh;
 mod network;
+mod numbering;
 mod part;
 mod pins;
 mod reach;
@@ -32,6 +33,7 @@ pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
 pub use flow::{Flows, Outflow, Vortex};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
+pub use numbering::Numbering;
 pub use pins::PinGroup;
 pub use springs::{SpringKind, Springs};
 
@@ -43,6 +45,8 @@ use crate::scene::Solver;
 pub struct Model {
     /// Where each cloth's particles are, in the scene's order.
     pub cloths: Vec<ClothRange>,
+    /// Which particle each of the user's vertices is.
+    pub numbering: Numbering,
     /// The particles of all cloths.
     pub particles: Particles,
     /// The springs of all cloths.
@@ -75,7 +79,7 @@ pub struct Model {
     pub fingerprint: u64,
 }
 
-/// A cloth's share of the particles, which keep the order of the user's vertices.
+/// A cloth's share of the particles, which is also its share of the user's vertices.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ClothRange {
     /// The cloth's name.

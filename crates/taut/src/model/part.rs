@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::SpringKind;
 
-/// One cloth's geometry in its rest shape, vertices in the user's order.
+/// One cloth's geometry in its rest shape; vertices in the user's order until they are renumbered.
 #[derive(Debug, Default)]
 pub(super) struct Part {
     /// Rest positions [m].
@@ -55,6 +55,25 @@ impl Part {
     /// Distance between two points at rest [m].
     pub fn rest_length(&self, ends: [u32; 2]) -> f64 {
         self.points[ends[0] as usize].distance(self.points[ends[1] as usize])
+    }
+
+    /// With vertex v as point `numbers[v]`; springs and panels stand in the order of their points then.
+    pub fn renumbered(mut self, numbers: &[u32]) -> Self {
+        let number = |vertex: u32| numbers[vertex as usize];
+        let mut points = self.points.clone();
+        for (point, &number) in self.points.iter().zip(numbers) {
+            points[number as usize] = *point;
+        }
+        self.points = points;
+        self.triangles.iter_mut().for_each(|corners| *corners = corners.map(number));
+        self.panels.iter_mut().for_each(|panel| panel.corners = panel.corners.map(number));
+        self.panels.sort_by_key(|panel| panel.corners.iter().copied().min());
+        for spring in &mut self.springs {
+            spring.ends = spring.ends.map(number);
+            spring.ends.sort_unstable();
+        }
+        self.springs.sort_by_key(|spring| spring.ends);
+        self
     }
 
     /// Area that each point stands for: its share of the panels [m^2]; zero in networks and for isolated vertices.

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-use super::{Adjacency, PinGroup, Springs};
+use super::{Adjacency, Numbering, PinGroup, Springs};
 use crate::scene::SceneError;
 
 /// Pins of a group from which distances are measured; more would make large scenes slow to build.
@@ -15,7 +15,7 @@ const MOST_SOURCES: usize = 32;
 ///
 /// # Errors
 /// Names the two particles, their distance, the cloth's reach and the time.
-pub(super) fn check(groups: &[PinGroup], springs: &Springs, particles: usize) -> Result<(), SceneError> {
+pub(super) fn check(groups: &[PinGroup], springs: &Springs, numbering: &Numbering, particles: usize) -> Result<(), SceneError> {
     let moments: BTreeSet<u64> = groups.iter().flat_map(|group| &group.keyframes).map(|key| key.0.to_bits()).collect();
     if moments.is_empty() {
         return Ok(());
@@ -32,20 +32,27 @@ pub(super) fn check(groups: &[PinGroup], springs: &Springs, particles: usize) ->
         for source in (0..one.particles.len()).step_by(stride) {
             let reach = distances(&graph, one.particles[source], particles);
             for other in &others {
-                check_pair(one, source, other, &reach, &moments)?;
+                check_pair(one, source, other, &reach, &moments, numbering)?;
             }
         }
     }
     Ok(())
 }
 
-fn check_pair(one: &PinGroup, source: usize, other: &PinGroup, reach: &[f64], moments: &BTreeSet<u64>) -> Result<(), SceneError> {
+fn check_pair(
+    one: &PinGroup,
+    source: usize,
+    other: &PinGroup,
+    reach: &[f64],
+    moments: &BTreeSet<u64>,
+    numbering: &Numbering,
+) -> Result<(), SceneError> {
     for time in moments.iter().map(|&bits| f64::from_bits(bits)) {
         for (target, &particle) in other.particles.iter().enumerate() {
             let apart = f64::from(one.position(source, time).distance(other.position(target, time)));
             let within = reach[particle as usize];
             if apart > within * (1.0 + 1e-6) {
-                let (a, b) = (one.particles[source], particle);
+                let [a, b] = [one.particles[source], particle].map(|particle| numbering.vertex(particle));
                 let problem = format!(
                     "infeasible: pins {a} and {b} are {apart:.3} m apart at {time} s, the cloth reaches {within:.3} m; \
                      move them less or raise strain_limit"

@@ -10,7 +10,7 @@ pub use snapshot::SnapshotError;
 pub use stretch::{Stretch, longest_of, measure, measure_squares, worst_spring};
 
 use crate::geometry::Vectors;
-use crate::model::Model;
+use crate::model::{Model, Numbering};
 
 /// Positions, velocities and time.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -92,6 +92,23 @@ impl State {
         self.past.displacements.copy_from(&other.past.displacements);
         self.past.gains.copy_from(&other.past.gains);
         self.steps = other.steps;
+    }
+
+    /// The state with its vectors in the order of the user's vertices.
+    #[must_use]
+    pub fn to_vertices(&self, numbering: &Numbering) -> Self {
+        self.reordered(|vectors| numbering.to_vertices(vectors))
+    }
+
+    /// The state from one whose vectors are in the order of the user's vertices.
+    #[must_use]
+    pub fn to_particles(&self, numbering: &Numbering) -> Self {
+        self.reordered(|vectors| numbering.to_particles(vectors))
+    }
+
+    fn reordered(&self, order: impl Fn(&Vectors) -> Vectors) -> Self {
+        let past = Past { displacements: order(&self.past.displacements), gains: order(&self.past.gains) };
+        Self { positions: order(&self.positions), velocities: order(&self.velocities), steps: self.steps, past }
     }
 
     /// XXH3 hash of all positions, then all velocities and then the past, if any, each as x, y, z in little-endian `f32`.
