@@ -5,7 +5,7 @@
 //! that what dampers and filters take from V is always taken from the energy.
 
 use super::wave::{self, Wave};
-use super::{MassScaling, Method, Shares, Step};
+use super::{MassScaling, Method, Step};
 use crate::forces::{self, Forces};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
@@ -29,7 +29,7 @@ pub(super) struct Euler {
     seen: Vectors,
     /// Those of the model's lattices that go through all parts.
     waves: Vec<Wave>,
-    /// Where grids take fewer parts.
+    /// For cloths that take fewer parts.
     scaled: Option<Scaled>,
 }
 
@@ -39,10 +39,8 @@ struct Scaled {
     parts: Vec<Part>,
     /// How far ahead springs look [s].
     ahead: f32,
-    springs: Shares,
-    dampers: Shares,
-    /// Those of the model's lattices.
-    masses: Vec<MassScaling>,
+    /// Those of each cloth, if they are scaled.
+    masses: Vec<Option<MassScaling>>,
     /// What velocities would gain with the masses as they are [m/s].
     gains: Vectors,
 }
@@ -61,13 +59,9 @@ impl Scaled {
     fn new(model: &Model) -> Option<Self> {
         let timing = model.timing.scaled?;
         let (before, parts) = parts(model.timing.step_length, timing.parts);
-        let (springs, dampers) = (Shares::new(timing.spring_share), Shares::new(timing.damping_share));
-        let of_lattice = |cloth: &ClothRange| {
-            cloth.lattice.map(|index| MassScaling::new(model, cloth, &model.lattices[index], [&springs, &dampers]))
-        };
-        let masses = model.cloths.iter().filter_map(of_lattice).collect();
+        let masses = model.cloths.iter().map(|cloth| MassScaling::new(model, cloth)).collect();
         let (ahead, gains) = (timing.springs_ahead as f32, Vectors::zeros(model.particle_count()));
-        Some(Self { before, parts, ahead, springs, dampers, masses, gains })
+        Some(Self { before, parts, ahead, masses, gains })
     }
 }
 
@@ -84,10 +78,10 @@ impl Method for Euler {
         let Step { model, state, ends } = step;
         forces::external(model, state, forces, pool); // x, v -> a
         self.damp(model, &mut state.velocities, forces, pool); // v -> v
-        for cloth in &model.cloths {
-            match (&mut self.scaled, cloth.lattice) {
-                (Some(scaled), Some(lattice)) => {
-                    scaled.go_through_parts(model, cloth, lattice, state, ends, &mut self.seen, forces, pool);
+        for (index, cloth) in model.cloths.iter().enumerate() {
+            match &mut self.scaled {
+                Some(scaled) if scaled.masses[index].is_some() => {
+                    scaled.go_through_parts(model, index, state, ends, &mut self.seen, forces, pool);
                 }
                 _ => self.go_through_parts(model, cloth, state, ends, forces, pool), // x, v, a -> x*, v*
             }
@@ -98,15 +92,17 @@ impl Method for Euler {
 
 impl Euler {
     fn damp(&mut self, model: &Model, velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
-        let Some(Scaled { dampers, masses, gains, .. }) = &mut self.scaled else {
+        let Some(Scaled { masses, gains, .. }) = &mut self.scaled else {
             return forces::damp(model, &model.cloths, velocities, forces, pool);
         };
-        for cloth in &model.cloths {
-            match cloth.lattice {
-                Some(_) if model.timing.damping_stages == 0 => {}
-                Some(lattice) => {
+        if model.timing.damping_stages == 0 {
+            return;
+        }
+        for (cloth, masses) in model.cloths.iter().zip(masses) {
+            match masses.as_mut().filter(|masses| masses.scale_dampers()) {
+                Some(masses) => {
                     forces::damping_gains(model, cloth, velocities, gains, forces, pool);
-                    masses[lattice].add(dampers, gains, velocities, pool);
+                    masses.add_damping(model, gains, velocities, pool);
                 }
                 None => forces::damp(model, std::slice::from_ref(cloth), velocities, forces, pool),
             }
@@ -150,8 +146,7 @@ impl Scaled {
     fn go_through_parts(
         &mut self,
         model: &Model,
-        cloth: &ClothRange,
-        lattice: usize,
+        index: usize,
         state: &mut State,
         ends: &mut Vectors,
         seen: &mut Vectors,
@@ -159,12 +154,13 @@ impl Scaled {
         pool: &Pool,
     ) {
         let State { positions, velocities, .. } = state;
+        let (cloth, Some(masses)) = (&model.cloths[index], &mut self.masses[index]) else { return };
         let particles = cloth.particles();
         ends.set_scaled(particles.clone(), positions, velocities, self.before, pool);
         for part in &self.parts {
             let springs_see = look_ahead(seen, ends, cloth, velocities, self.ahead, pool);
             forces::gains(model, cloth, springs_see, &mut self.gains, part.kick, forces, pool);
-            self.masses[lattice].add(&self.springs, &self.gains, velocities, pool);
+            masses.add(model, &self.gains, velocities, pool);
             ends.add_scaled(particles.clone(), velocities, part.after, pool);
         }
     }

@@ -24,7 +24,7 @@ use bdf2::Bdf2;
 use euler::{Euler, Part};
 use implicit_euler::ImplicitEuler;
 use linear_system::LinearSystem;
-use mass_scaling::{MassScaling, Shares};
+use mass_scaling::MassScaling;
 use runge_kutta::RungeKutta;
 use verlet::Verlet;
 

@@ -8,9 +8,9 @@ use xxhash_rust::xxh3::Xxh3;
 use super::bending::{CurvedCloth, Row};
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Air, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice, Link,
-    MeshData, Model, Numbering, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending, curve::CurvesOfCloth,
-    grid, mesh, network, numbering, pins, reach, stability::Rates, suits, timing, weights,
+    Adjacency, Air, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Hierarchy,
+    Lattice, LevelRate, Link, MeshData, Model, Numbering, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
+    curve::CurvesOfCloth, grid, hierarchy, mesh, network, numbering, pins, reach, stability::Rates, suits, timing, weights,
 };
 use crate::geometry::Vectors;
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source, WindLaw};
@@ -218,6 +218,8 @@ impl Assembly {
             bends: cloth.bending() > 0.0 || bends_along > 0,
             curvatures: first_row..first_row + bends_along,
             lattice: None,
+            hierarchy: None,
+            rates: Vec::new(),
         });
         Ok(())
     }
@@ -240,8 +242,6 @@ impl Assembly {
             buckling: Adjacency::new(count, self.buckling.into_iter()),
             curved: Curvatures::new(&self.particles, self.curved_cloths),
         };
-        let timing = timing::timing(scene, &Rates::new(&self.particles, &springs, &bending, self.drag_rate + wind))?;
-        self.warnings.extend(timing::caution(scene, &timing));
         let around =
             (0..).zip(&self.panels).flat_map(|(index, panel)| panel.distinct().iter().map(move |&corner| (corner, index)));
         let mut lattices = Vec::new();
@@ -257,6 +257,10 @@ impl Assembly {
             }
             range.linked = range.lattice.is_none() || cloth.flexion_stiffness > 0.0;
         }
+        let rates = Rates::new(&self.particles, &springs, &bending, self.drag_rate + wind);
+        let hierarchies = hierarchies(scene, &mut self.cloths, &self.particles, &springs, &self.triangles, &rates);
+        let timing = timing::timing(scene, &rates, &self.cloths)?;
+        self.warnings.extend(timing::caution(scene, &timing));
         self.warnings.extend(suits::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
         let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();
@@ -274,6 +278,7 @@ impl Assembly {
         let curved = CurvedSprings { links: Adjacency::new(count, both_ways), curves: self.curves };
         Ok(Model {
             lattices,
+            hierarchies,
             links,
             curved,
             bending,
@@ -296,6 +301,36 @@ impl Assembly {
             warnings: self.warnings,
         })
     }
+}
+
+/// Levels, for filters that work on them, and how fast they vibrate, for steps that scale masses.
+fn hierarchies(
+    scene: &Scene,
+    cloths: &mut [ClothRange],
+    particles: &Particles,
+    springs: &Springs,
+    triangles: &[[u32; 3]],
+    rates: &Rates,
+) -> Vec<Hierarchy> {
+    let mut hierarchies = Vec::new();
+    if scene.solver.filter != FilterKind::CoarseToFine {
+        return hierarchies;
+    }
+    for (cloth, range) in scene.cloth.iter().zip(cloths) {
+        if range.lattice.is_none() {
+            range.hierarchy = Some(hierarchies.len());
+            hierarchies.push(Hierarchy::new(range, particles, springs, triangles));
+        }
+        let finest = LevelRate { frequency_squared: rates.frequency_squared, damping: rates.damping };
+        range.rates = match (&cloth.grid, range.hierarchy) {
+            (Some(grid), None) => hierarchy::of_grid(grid.cells, finest),
+            (_, Some(index)) if cloth.network.is_none() => {
+                hierarchy::of_hierarchy(&hierarchies[index], range, springs, rates.bending, timing::slow_enough(scene))
+            }
+            _ => Vec::new(),
+        };
+    }
+    hierarchies
 }
 
 /// Second derivatives of a cloth that resists bending as a plate, in its size and place at rest.

@@ -7,6 +7,7 @@ mod build;
 mod curve;
 mod flow;
 mod grid;
+mod hierarchy;
 mod lattice;
 mod mesh;
 mod network;
@@ -18,6 +19,7 @@ mod selection;
 mod springs;
 mod stability;
 mod suits;
+mod surface;
 mod timing;
 mod weights;
 mod winding;
@@ -31,11 +33,13 @@ pub use air::{Air, Wave};
 pub use bending::{Bend, Bending, Buckling, Curvatures, Share};
 pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
 pub use flow::{Flows, Outflow, Vortex};
+pub use hierarchy::Hierarchy;
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use numbering::Numbering;
 pub use pins::PinGroup;
 pub use springs::{SpringKind, Springs};
+pub use surface::{Search, Surface};
 
 use crate::geometry::Vectors;
 use crate::scene::Solver;
@@ -63,6 +67,8 @@ pub struct Model {
     pub panels: Panels,
     /// The regular grids among the cloths, for kernels that need no lists of neighbours.
     pub lattices: Vec<Lattice>,
+    /// The levels of the other cloths, if the filter works on levels.
+    pub hierarchies: Vec<Hierarchy>,
     /// Held particles.
     pub pins: Vec<PinGroup>,
     /// Acceleration of gravity [m/s^2].
@@ -80,7 +86,7 @@ pub struct Model {
 }
 
 /// A cloth's share of the particles, which is also its share of the user's vertices.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ClothRange {
     /// The cloth's name.
     pub name: String,
@@ -100,6 +106,19 @@ pub struct ClothRange {
     pub curvatures: Range<usize>,
     /// Which of the model's lattices it is, if it is a grid.
     pub lattice: Option<usize>,
+    /// Which of the model's hierarchies is its, if it has one.
+    pub hierarchy: Option<usize>,
+    /// How fast each of its levels can vibrate, the finest first; none where masses are never scaled.
+    pub rates: Vec<LevelRate>,
+}
+
+/// How fast a level of a cloth can vibrate at most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelRate {
+    /// w^2 of springs and bending [1/s^2].
+    pub frequency_squared: f64,
+    /// g of dampers [1/s].
+    pub damping: f64,
 }
 
 impl ClothRange {
@@ -174,7 +193,7 @@ pub struct Timing {
     pub springs_ahead: f64,
     /// Stages of the damping of a step.
     pub damping_stages: u32,
-    /// How grids take a step, if with scaled masses.
+    /// How grids and meshes take a step, if with scaled masses.
     pub scaled: Option<ScaledTiming>,
     /// Largest stable step [s]; infinite if nothing acts.
     pub bound: f64,
@@ -187,17 +206,17 @@ pub struct ScaledTiming {
     pub parts: u32,
     /// How far ahead of each part its springs look [s].
     pub springs_ahead: f64,
-    /// The part of their accelerations that springs give to the finest vibrations of a grid [1].
-    pub spring_share: f64,
-    /// The same of dampers [1].
-    pub damping_share: f64,
+    /// The w^2 that a part bears from each level [1/s^2].
+    pub frequency_squared: f64,
+    /// The g that a step bears from each level [1/s]; none where dampers take it in stages, with the masses as they are.
+    pub damping: Option<f64>,
 }
 
 impl Model {
     /// Whether a cloth is stepped with scaled masses.
     #[must_use]
     pub fn scaled(&self, cloth: &ClothRange) -> Option<&ScaledTiming> {
-        cloth.lattice.and(self.timing.scaled.as_ref())
+        self.timing.scaled.as_ref().filter(|_| !cloth.rates.is_empty())
     }
 
     /// The parts in which springs take a cloth through a step.

@@ -17,6 +17,8 @@ pub(super) struct Rates {
     pub frequency_squared: f64,
     /// w^2 of all springs, those that are left to the filter as well [1/s^2].
     pub resolved: f64,
+    /// w^2 of bending alone [1/s^2].
+    pub bending: f64,
     /// g of dampers [1/s].
     pub damping: f64,
     /// g of the air [1/s].
@@ -43,6 +45,7 @@ impl Rates {
         Self {
             frequency_squared: largest(&forces) + bends,
             resolved: largest(&with_curves(&springs.stiffness)) + bends,
+            bending: bends,
             damping: largest(&springs.damping),
             drag,
             least_damping: if bending.is_empty() { finite_least(ratios) } else { 0.0 },

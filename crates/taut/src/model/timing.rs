@@ -1,7 +1,7 @@
 //! How long a step is, and in how many parts springs and dampers take it.
 
 use super::stability::{self, GROWTH_TIME, Rates, of_euler};
-use super::{ScaledTiming, Timing};
+use super::{ClothRange, LevelRate, ScaledTiming, Timing};
 use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
 
 /// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
@@ -12,10 +12,10 @@ const LONGEST: f64 = 1.0 / 60.0;
 const ROOMY: f64 = 0.05;
 /// The longest part of a step that springs with scaled masses take [s]: vibrations that are slower than this are as they should be.
 const SCALED_PART: f64 = 1.0 / 180.0;
-/// How much larger the largest eigenvalue of springs with scaled masses may be than the share of the finest vibrations says.
+/// How much larger the largest eigenvalue of springs with scaled masses may be than that of each level, with its share.
 const OVERLAP: f64 = 1.25;
 
-/// What does not scale masses, meshes and networks, has a longest step of ..
+/// What does not scale masses, networks, has a longest step of ..
 const LONGEST_UNSCALED: f64 = 1.0 / 120.0;
 /// .. if the limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
 /// filter that looks at the whole step only cannot stop them: one that takes back what many of them did leaves the cloth
@@ -38,11 +38,11 @@ const MOST_STEPS: f64 = 100_000.0;
 ///
 /// Most filters look at every step of the springs. The coarse-to-fine filter takes longer steps of the Euler method, within
 /// which springs and dampers go their own, shorter ones; only the air bounds it.
-pub(super) fn timing(scene: &Scene, rates: &Rates) -> Result<Timing, SceneError> {
+pub(super) fn timing(scene: &Scene, rates: &Rates, cloths: &[ClothRange]) -> Result<Timing, SceneError> {
     let divided = is_divided(scene);
     let bound = if divided { of_euler(0.0, rates.drag) } else { stability::bound(&scene.solver, rates) };
     let frame = 1.0 / scene.fps;
-    let longest = if divided { longest_divided(scene, rates, bound) } else { longest_whole(scene, rates, bound) };
+    let longest = if divided { longest_divided(scene, rates, cloths, bound) } else { longest_whole(scene, rates, bound) };
     // A frame that is a whole number of longest steps but for rounding needs no further one.
     let enough = (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
     let substeps = match scene.solver.substeps {
@@ -71,7 +71,7 @@ pub(super) fn timing(scene: &Scene, rates: &Rates) -> Result<Timing, SceneError>
     };
     let step_length = frame / f64::from(substeps);
     if divided {
-        return divide(Timing { substeps, step_length, bound, ..Timing::default() }, rates);
+        return divide(Timing { substeps, step_length, bound, ..Timing::default() }, rates, cloths);
     }
     let damping_stages = u32::from(rates.damping > 0.0);
     Ok(Timing { substeps, step_length, spring_steps: 1, springs_ahead: 0.0, damping_stages, scaled: None, bound })
@@ -111,9 +111,9 @@ fn is_divided(scene: &Scene) -> bool {
 }
 
 /// The longest step of "auto" where it is divided further [s].
-fn longest_divided(scene: &Scene, rates: &Rates, bound: f64) -> f64 {
+fn longest_divided(scene: &Scene, rates: &Rates, cloths: &[ClothRange], bound: f64) -> f64 {
     let limit = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(1.0, f64::min);
-    let longest = if scene.cloth.iter().all(|cloth| cloth.grid.is_some()) {
+    let longest = if cloths.iter().all(|cloth| !cloth.rates.is_empty()) {
         LONGEST * (limit / ROOMY).cbrt().min(1.0)
     } else {
         let spring_step = SAFETY * of_euler(rates.frequency_squared, 0.0);
@@ -137,7 +137,7 @@ fn longest_whole(scene: &Scene, rates: &Rates, bound: f64) -> f64 {
 }
 
 /// Parts of the springs, and stages of the dampers.
-fn divide(step: Timing, rates: &Rates) -> Result<Timing, SceneError> {
+fn divide(step: Timing, rates: &Rates, cloths: &[ClothRange]) -> Result<Timing, SceneError> {
     let Timing { substeps, step_length, .. } = step;
     let (square, damping) = (rates.frequency_squared, rates.damping);
     let undivided = step_length <= SAFETY * of_euler(square, 0.0);
@@ -151,22 +151,42 @@ fn divide(step: Timing, rates: &Rates) -> Result<Timing, SceneError> {
     // s stages are stable up to h g = s^2 + s.
     let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
     let springs_ahead = if ahead > 0.0 { ahead / square } else { 0.0 };
-    let scaled = Some(scaled(step_length, rates)).filter(|scaled| f64::from(scaled.parts) < spring_steps);
+    let scaled = Some(scaled(step_length, cloths)).filter(|scaled| f64::from(scaled.parts) < spring_steps);
     Ok(Timing { spring_steps: spring_steps as u32, springs_ahead, damping_stages, scaled, ..step })
 }
 
-/// Parts of the springs with scaled masses, and what is left of the fastest vibrations (docs/equations.md, "Scaled masses").
-fn scaled(step_length: f64, rates: &Rates) -> ScaledTiming {
-    let parts = (step_length / SCALED_PART * (1.0 - 1e-9)).ceil().max(1.0);
-    let part = step_length / parts;
-    // In a single part no vibration is faster than the step.
-    let calm = if parts == 1.0 { 0.0 } else { CALM };
-    // h^2 w^2 + 2 h g < 4 with g = calm / H.
-    let square = ((2.0 * SAFETY).powi(2) - 2.0 * part * calm / step_length) / part.powi(2);
+/// Parts of the springs with scaled masses: as few as vibrations that must be seen allow, and those of the coarsest levels, whose
+/// masses are never scaled (docs/equations.md, "Scaled masses").
+fn scaled(step_length: f64, cloths: &[ClothRange]) -> ScaledTiming {
+    let coarsest = |of: fn(&LevelRate) -> f64| cloths.iter().filter_map(|cloth| cloth.rates.last()).map(of).fold(0.0, f64::max);
+    let (slowest, damping) = (coarsest(|rate| rate.frequency_squared), coarsest(|rate| rate.damping));
+    let mut parts = (step_length / SCALED_PART * (1.0 - 1e-9)).ceil().max(1.0);
+    if bears(step_length, parts) < OVERLAP * slowest {
+        // bears() solved for the parts.
+        let (a, b, c) = ((2.0 * SAFETY).powi(2), 2.0 * CALM, OVERLAP * slowest * step_length.powi(2));
+        parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
+    }
+    let frequency_squared = bears(step_length, parts);
     ScaledTiming {
         parts: parts as u32,
-        springs_ahead: calm / (step_length * square),
-        spring_share: (square / (OVERLAP * rates.frequency_squared)).min(1.0),
-        damping_share: (1.0 / (OVERLAP * step_length * rates.damping)).min(1.0),
+        springs_ahead: calm(parts) / (step_length * frequency_squared),
+        frequency_squared: frequency_squared / OVERLAP,
+        damping: Some(1.0 / (OVERLAP * step_length)).filter(|bears| damping <= *bears),
     }
+}
+
+/// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = calm / H.
+fn bears(step_length: f64, parts: f64) -> f64 {
+    let part = step_length / parts;
+    ((2.0 * SAFETY).powi(2) - 2.0 * part * calm(parts) / step_length) / part.powi(2)
+}
+
+/// In a single part no vibration is faster than the step.
+fn calm(parts: f64) -> f64 {
+    if parts == 1.0 { 0.0 } else { CALM }
+}
+
+/// No level that is this slow needs its masses scaled, whatever the step.
+pub(super) fn slow_enough(scene: &Scene) -> LevelRate {
+    LevelRate { frequency_squared: bears(2.0 * SCALED_PART, 2.0) / OVERLAP, damping: scene.fps / OVERLAP }
 }

@@ -9,7 +9,6 @@ mod none;
 mod provot;
 mod rods;
 mod sequential;
-mod surface;
 mod sweeps;
 mod tethers;
 mod xpbd;

@@ -11,10 +11,9 @@
 //! the pins: the method keeps the cloth from sagging, not every spring from stretching.
 
 use super::StrainLimit;
-use super::surface::{Search, Surface};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
-use crate::model::{Adjacency, ClothRange, Model};
+use crate::model::{Adjacency, ClothRange, Model, Search, Surface};
 use crate::state::State;
 
 /// Places that a particle is tethered to at most.
@@ -75,7 +74,7 @@ impl StrainLimit for Tethers {
 /// The tethers of a cloth's free particles.
 fn of_cloth(model: &Model, cloth: &ClothRange) -> Vec<(u32, Tether)> {
     let Some(&strain_limit) = model.springs.strain_limit[cloth.springs.clone()].first() else { return Vec::new() };
-    let surface = Surface::new(model, cloth);
+    let surface = Surface::new(cloth, &model.particles.rest, &model.springs, &model.triangles);
     let held: Vec<bool> = cloth.particles().map(|particle| model.particles.inverse_mass[particle] == 0.0).collect();
     let mut search = Search::new(cloth.count);
     let mut nearest: Vec<Vec<(f32, u32)>> = vec![Vec::new(); cloth.count];

@@ -31,7 +31,7 @@ const MOMENTUM: f32 = 0.85;
 const RESTART: f32 = 1.1;
 
 /// Levels of one cloth.
-trait Hierarchy: Send {
+trait Levels: Send {
     /// Takes a proposed step: where it begins and where it ends [m].
     fn load(&mut self, positions: &Vectors, ends: &Vectors);
     /// One pass over all levels, from the coarsest to the finest, after going on with `momentum`. Returns the largest
@@ -49,7 +49,7 @@ trait Hierarchy: Send {
 struct Unit {
     cloth: ClothRange,
     certificate: Certificate,
-    levels: Box<dyn Hierarchy>,
+    levels: Box<dyn Levels>,
     /// Part of R below which the levels are done: the ends of the step will be rounded once more.
     enough: f32,
 }
@@ -88,9 +88,9 @@ impl Unit {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
         let largest = if cloth.lattice.is_some() { LARGEST_BACK_OFF } else { LARGEST_BACK_OFF_UNSCALED };
         let delta = BACK_OFF.min(largest * strain) / (1.0 + strain);
-        let levels: Box<dyn Hierarchy> = match cloth.lattice {
+        let levels: Box<dyn Levels> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
-            None => Box::new(general::GeneralLevels::new(model, cloth, strain, delta)),
+            None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
         let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * delta);
         Some(Self { cloth: cloth.clone(), certificate: Certificate::new(model, cloth), levels, enough })

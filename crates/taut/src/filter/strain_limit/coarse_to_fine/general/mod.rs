@@ -6,17 +6,15 @@
 //! certificate asks the springs of the cloth alone.
 
 mod build;
-mod coarsen;
 mod forest;
 mod level;
 mod tiles;
-mod weights;
 
 use glam::Vec3;
 
-use super::{Hierarchy, Motion};
+use super::{Levels, Motion};
 use crate::geometry::{Pool, Vectors};
-use crate::model::{ClothRange, Model};
+use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
 use level::{Level, Pull, square_distance};
 use tiles::Tiles;
@@ -52,8 +50,8 @@ pub(super) struct GeneralLevels {
 
 impl GeneralLevels {
     /// The levels of a cloth with the limit `strain_limit`, aiming `delta` of R below it.
-    pub fn new(model: &Model, cloth: &ClothRange, strain_limit: f32, delta: f32) -> Self {
-        let (levels, particles) = build::levels(model, cloth, 1.0 + strain_limit);
+    pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, delta: f32) -> Self {
+        let (levels, particles) = build::levels(hierarchy, cloth, 1.0 + strain_limit);
         let count = particles.len();
         let weights: Vec<f32> = levels[0].p.iter().map(|quad| quad[3]).collect();
         Self {
@@ -124,7 +122,7 @@ impl GeneralLevels {
     }
 }
 
-impl Hierarchy for GeneralLevels {
+impl Levels for GeneralLevels {
     fn load(&mut self, positions: &Vectors, ends: &Vectors) {
         for (place, &particle) in self.particles.iter().enumerate() {
             let start = positions.get(particle as usize);

@@ -8,7 +8,7 @@ mod transfer;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Hierarchy, Motion};
+use super::{Levels, Motion};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Lattice, Model};
 use exchange::{Load, Store};
@@ -138,7 +138,7 @@ impl LatticeLevels {
     }
 }
 
-impl Hierarchy for LatticeLevels {
+impl Levels for LatticeLevels {
     fn load(&mut self, positions: &Vectors, ends: &Vectors) {
         Arch::new().dispatch(Load { level: &mut self.levels[0], first: self.first, positions, ends });
         for index in 1..self.levels.len() {

@@ -5,8 +5,10 @@
 
 use std::collections::VecDeque;
 
-use super::weights::weights;
-use crate::filter::strain_limit::surface::{Search, Surface};
+use super::interpolation::weights;
+use super::{Bond, Follow, Level};
+use crate::model::Adjacency;
+use crate::model::surface::{Search, Surface};
 
 /// A chosen particle stands for those nearer than this, in mean distances of neighbours.
 const REACH: f32 = 2.0;
@@ -21,25 +23,13 @@ const NEIGHBOURS: usize = 6;
 /// A search visits at most this many particles of its level; on a flat cloth it meets about 100.
 const MOST_REACHED: usize = 400;
 
-/// A level before it is laid out: particles by their number in the cloth.
-pub(super) struct Draft {
-    /// Its particles.
-    pub nodes: Vec<u32>,
-    /// Places of the two ends in `nodes`, and the distance between them at rest [m].
-    pub springs: Vec<Bond>,
-    /// For each particle of the finer level: places in `nodes`, and weights.
-    pub weights: Vec<Vec<(u32, f32)>>,
-}
-
-pub(super) type Bond = ([u32; 2], f32);
-
 /// Places in a level with their distances.
 type Near = Vec<(u32, f32)>;
 
 const NONE: u32 = u32::MAX;
 
 /// What the choice of particles depends on.
-pub(super) struct Cloth<'a> {
+pub(super) struct Choosing<'a> {
     pub surface: &'a Surface,
     /// Which particles are held.
     pub held: &'a [bool],
@@ -48,31 +38,39 @@ pub(super) struct Cloth<'a> {
 }
 
 /// The next level; its springs are few or none where there is nothing left to join.
-pub(super) fn coarser(fine: &Draft, cloth: &Cloth<'_>, search: &mut Search) -> Draft {
+pub(super) fn coarser(fine: &Level, cloth: &Choosing<'_>, search: &mut Search) -> Level {
     let choice = Choice::new(fine, cloth, search);
     let mut coarse_of = vec![NONE; fine.nodes.len()];
-    for (coarse, &place) in choice.chosen.iter().enumerate() {
-        coarse_of[place as usize] = coarse as u32;
+    for (coarse, &place) in (0..).zip(&choice.chosen) {
+        coarse_of[place as usize] = coarse;
     }
     let (around, near) = choice.neighbours(&coarse_of);
     let between = |a: u32, b: u32| around[a as usize].iter().find(|entry| entry.0 == b).map(|entry| entry.1);
     let follow = |(&own, near): (&u32, &Near)| if own == NONE { weights(near, between) } else { vec![(own, 1.0)] };
-    let weights = coarse_of.iter().zip(&near).map(follow).collect();
+    let follows: Vec<Vec<Follow>> = coarse_of.iter().zip(&near).map(follow).collect();
     let nodes: Vec<u32> = choice.chosen.iter().map(|&place| fine.nodes[place as usize]).collect();
-    let springs = springs(&around, between, |coarse| cloth.held[nodes[coarse as usize] as usize]);
-    without_loose_ends(Draft { nodes, springs, weights })
+    let held = |coarse: u32| cloth.held[nodes[coarse as usize] as usize];
+    let (mut masses, mut fixed) = (vec![0.0; nodes.len()], vec![false; nodes.len()]);
+    for ((&mass, &follower_fixed), list) in fine.masses.iter().zip(&fine.fixed).zip(&follows) {
+        for &(coarse, part) in list {
+            masses[coarse as usize] += if held(coarse) { 0.0 } else { f64::from(part) * mass };
+            fixed[coarse as usize] |= follower_fixed;
+        }
+    }
+    let flat = (0_u32..).zip(&follows).flat_map(|(place, list)| list.iter().map(move |&follow| (place, follow)));
+    Level { springs: springs(&around, between, held), parents: Adjacency::new(fine.nodes.len(), flat), masses, fixed, nodes }
 }
 
 /// The particles chosen from a level.
 struct Choice {
-    /// Places in the finer level.
+    /// Places in the finer level, in rising order.
     chosen: Vec<u32>,
     /// For each of them the places around it, the nearest first.
     reached: Vec<Near>,
 }
 
 impl Choice {
-    fn new(fine: &Draft, cloth: &Cloth<'_>, search: &mut Search) -> Self {
+    fn new(fine: &Level, cloth: &Choosing<'_>, search: &mut Search) -> Self {
         let mut place = vec![NONE; cloth.held.len()];
         for (index, &node) in fine.nodes.iter().enumerate() {
             place[node as usize] = index as u32;
@@ -116,7 +114,10 @@ impl Choice {
                 consider(index, &mut front);
             }
         }
-        choice
+        let mut pairs: Vec<(u32, Near)> = choice.chosen.into_iter().zip(choice.reached).collect();
+        pairs.sort_by_key(|pair| pair.0);
+        let (chosen, reached) = pairs.into_iter().unzip();
+        Self { chosen, reached }
     }
 
     /// The chosen ones around each chosen one, and around each particle of the finer level; the nearest first.
@@ -147,7 +148,7 @@ fn by_distance(a: &(u32, f32), b: &(u32, f32)) -> std::cmp::Ordering {
 }
 
 /// The mean distance of each particle's nearest neighbours [m].
-fn spacing(level: &Draft) -> Vec<f32> {
+fn spacing(level: &Level) -> Vec<f32> {
     let mut lengths: Vec<Vec<f32>> = vec![Vec::new(); level.nodes.len()];
     for &(ends, length) in &level.springs {
         ends.iter().for_each(|&end| lengths[end as usize].push(length));
@@ -177,24 +178,4 @@ fn springs(around: &[Near], between: impl Fn(u32, u32) -> Option<f32>, held: imp
     springs.sort_by_key(|spring| spring.0);
     springs.dedup_by_key(|spring| spring.0);
     springs
-}
-
-/// Leaves out the particles without a spring.
-fn without_loose_ends(draft: Draft) -> Draft {
-    let Draft { nodes, mut springs, mut weights } = draft;
-    let mut place = vec![NONE; nodes.len()];
-    springs.iter().flat_map(|spring| spring.0).for_each(|end| place[end as usize] = 0);
-    let mut kept = Vec::new();
-    for (place, node) in place.iter_mut().zip(nodes).filter(|(place, _)| **place != NONE) {
-        *place = kept.len() as u32;
-        kept.push(node);
-    }
-    springs.iter_mut().for_each(|(ends, _)| *ends = ends.map(|end| place[end as usize]));
-    for list in &mut weights {
-        list.retain_mut(|(coarse, _)| {
-            *coarse = place[*coarse as usize];
-            *coarse != NONE
-        });
-    }
-    Draft { nodes: kept, springs, weights }
 }

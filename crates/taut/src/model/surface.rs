@@ -7,10 +7,11 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::model::{Adjacency, ClothRange, Model};
+use super::{Adjacency, ClothRange, Springs};
+use crate::geometry::Vectors;
 
 /// A cloth at rest: particles are numbered from its first.
-pub(super) struct Surface {
+pub struct Surface {
     /// The particles joined to each, and how far they are [m].
     links: Adjacency<(u32, f32)>,
     /// The triangles around each particle.
@@ -28,7 +29,7 @@ struct Corner {
 }
 
 /// Workspace of a search.
-pub(super) struct Search {
+pub struct Search {
     distance: Vec<f32>,
     queue: BinaryHeap<Reverse<(u32, u32)>>,
     /// The particles reached.
@@ -36,16 +37,17 @@ pub(super) struct Search {
 }
 
 impl Surface {
-    /// A cloth's springs and triangles.
-    pub fn new(model: &Model, cloth: &ClothRange) -> Self {
+    /// A cloth's springs and triangles; `rest` are all particles at rest.
+    #[must_use]
+    pub fn new(cloth: &ClothRange, rest: &Vectors, springs: &Springs, triangles: &[[u32; 3]]) -> Self {
         let local = |particle: u32| particle - cloth.first as u32;
         let links = cloth.springs.clone().flat_map(|spring| {
-            let [a, b] = model.springs.ends[spring].map(local);
-            [(a, (b, model.springs.rest[spring])), (b, (a, model.springs.rest[spring]))]
+            let [a, b] = springs.ends[spring].map(local);
+            [(a, (b, springs.rest[spring])), (b, (a, springs.rest[spring]))]
         });
         let own = cloth.particles();
-        let apart = |a: u32, b: u32| model.particles.rest.get(a as usize).distance(model.particles.rest.get(b as usize));
-        let triangles = model.triangles.iter().filter(|corners| own.contains(&(corners[0] as usize)));
+        let apart = |a: u32, b: u32| rest.get(a as usize).distance(rest.get(b as usize));
+        let triangles = triangles.iter().filter(|corners| own.contains(&(corners[0] as usize)));
         let corners = triangles.flat_map(|&[a, b, c]| {
             [(a, b, c), (b, c, a), (c, a, b)].map(|(a, b, c)| {
                 let corner = Corner { others: [local(b), local(c)], to: [apart(a, b), apart(a, c)], across: apart(b, c) };

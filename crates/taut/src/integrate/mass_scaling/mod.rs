@@ -1,0 +1,258 @@
+//! Selective mass scaling: grids and meshes take springs and dampers in fewer parts than their fastest vibrations need.
+//!
+//! Velocities gain S F h instead of F h / M, with the sum over the levels of a cloth
+//!
+//! ```text
+//! S = sum_l a_l P_l M_l^-1 P_l^T
+//! ```
+//!
+//! P_l interpolates, M_l = P_l^T M are the masses that a coarse particle carries, and the a_l add up to one: what a coarse level
+//! can show is accelerated as always, finer vibrations less, the more the faster they are (the sum of Bramble, Pasciak & Xu 1990
+//! [BPX90], as the inverse of a mass matrix in the sense of Olovsson, Simonsson & Unosson 2005 [Olovsson05]). S is symmetric
+//! and positive, so nothing is damped, and where forces balance they still do; it keeps momentum where nothing is held
+//! (docs/equations.md, "Scaled masses").
+
+mod general;
+mod lattice;
+
+use crate::geometry::{Pool, Vectors};
+use crate::model::{ClothRange, LevelRate, Model, ScaledTiming};
+use general::GeneralLevels;
+use lattice::LatticeLevels;
+
+/// The levels of a cloth, and their shares.
+pub(super) struct MassScaling {
+    springs: Shares,
+    dampers: Option<Shares>,
+    levels: Box<dyn Levels>,
+}
+
+/// Levels that can add `S M gains`.
+trait Levels: Send {
+    /// `velocities += S M gains` with these shares; gains of what is held are zero.
+    fn add(&mut self, model: &Model, shares: &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool);
+}
+
+/// How much of its acceleration each level gives, the finest first: a_l.
+#[derive(Debug, Default)]
+struct Shares(Vec<f32>);
+
+impl Shares {
+    /// As much of each level as is borne, and of the coarsest one what is left.
+    fn new(borne: f64, rates: impl ExactSizeIterator<Item = f64>) -> Self {
+        let (mut shares, mut sum, last) = (Vec::new(), 0.0, rates.len() - 1);
+        for (level, rate) in rates.enumerate() {
+            let up_to_here = if level == last { 1.0 } else { (borne / rate).min(1.0).max(sum) };
+            shares.push((up_to_here - sum) as f32);
+            sum = up_to_here;
+            if sum == 1.0 {
+                break;
+            }
+        }
+        Self(shares)
+    }
+}
+
+impl MassScaling {
+    /// Of a cloth, if its masses are scaled.
+    pub fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
+        let &ScaledTiming { frequency_squared, damping, .. } = model.scaled(cloth)?;
+        let rates = |of: fn(&LevelRate) -> f64| cloth.rates.iter().map(of);
+        let springs = Shares::new(frequency_squared, rates(|rate| rate.frequency_squared));
+        let dampers = damping.map(|borne| Shares::new(borne, rates(|rate| rate.damping)));
+        let count = springs.0.len().max(dampers.as_ref().map_or(0, |shares| shares.0.len()));
+        let levels: Box<dyn Levels> = match cloth.lattice {
+            Some(lattice) => Box::new(LatticeLevels::new(model, cloth, &model.lattices[lattice], count)),
+            None => Box::new(GeneralLevels::new(cloth, &model.hierarchies[cloth.hierarchy?], count)),
+        };
+        Some(Self { springs, dampers, levels })
+    }
+
+    /// `velocities += S M gains` of springs; gains of what is held are zero.
+    pub fn add(&mut self, model: &Model, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
+        self.levels.add(model, &self.springs, gains, velocities, pool);
+    }
+
+    /// Whether dampers have shares, too.
+    pub fn scale_dampers(&self) -> bool {
+        self.dampers.is_some()
+    }
+
+    /// The same of dampers.
+    pub fn add_damping(&mut self, model: &Model, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
+        if let Some(shares) = &self.dampers {
+            self.levels.add(model, shares, gains, velocities, pool);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use glam::{DVec3, Vec3};
+    use serde_json::{Value, json};
+
+    use super::*;
+    use crate::forces::{Forces, gains};
+    use crate::model::MeshData;
+    use crate::scene::Scene;
+
+    /// A sheet, as a grid or as a crooked mesh of as many vertices.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    enum Source {
+        Grid,
+        Mesh,
+    }
+
+    fn model(source: Source, cells: [u32; 2], pins: Value, stiffness: f64) -> Model {
+        let mut cloth = json!({ "density": 0.2, "stiffness": stiffness, "damping": 0.0, "pins": pins });
+        let mut meshes = BTreeMap::new();
+        match source {
+            Source::Grid => cloth["grid"] = json!({ "size": [1.0, 0.8], "cells": cells, "axes": ["x", "y"] }),
+            Source::Mesh => {
+                cloth["mesh"] = json!("mesh");
+                meshes.insert("mesh".to_owned(), crooked(cells));
+            }
+        }
+        let document = json!({ "cloth": [cloth], "gravity": [0.0, 0.0, 0.0] });
+        let scene = Scene::from_json(&document.to_string()).expect("a valid scene");
+        Model::build(&scene, &meshes).expect("a valid model")
+    }
+
+    /// Vertices off their places by up to a third of a cell, cells cut either way.
+    fn crooked(cells: [u32; 2]) -> MeshData {
+        let random = |seed: u32| (f64::from(seed) * 0.618_034).fract() - 0.5;
+        let mut mesh = MeshData::default();
+        let [nx, ny] = cells;
+        for vertex in 0..(nx + 1) * (ny + 1) {
+            let (i, j) = (vertex % (nx + 1), vertex / (nx + 1));
+            let off = |at: u32, count: u32, seed: u32| if at == 0 || at == count { 0.0 } else { 0.66 * random(seed) };
+            let x = (f64::from(i) + off(i, nx, 7 * vertex)) / f64::from(nx);
+            let y = 0.8 * (f64::from(j) + off(j, ny, 13 * vertex + 3)) / f64::from(ny);
+            mesh.vertices.push([x, y, 0.0]);
+        }
+        for cell in 0..nx * ny {
+            let a = i64::from(cell / nx * (nx + 1) + cell % nx);
+            let [b, c, d] = [a + 1, a + i64::from(nx) + 2, a + i64::from(nx) + 1];
+            mesh.corners.extend(if random(5 * cell) < 0.0 { [a, b, c, a, c, d] } else { [a, b, d, b, c, d] });
+            mesh.counts.extend([3, 3]);
+        }
+        mesh
+    }
+
+    /// A sheet of so many cells whose masses are scaled.
+    fn scaled(source: Source, cells: [u32; 2], pins: Value, stiffness: f64) -> (Model, MassScaling) {
+        let model = model(source, cells, pins, stiffness);
+        let scaling = MassScaling::new(&model, &model.cloths[0]).expect("masses are scaled");
+        (model, scaling)
+    }
+
+    /// Some velocities that differ from particle to particle, those of held ones zero.
+    fn velocities(model: &Model, seed: f32) -> Vectors {
+        let value = |particle: usize| {
+            let phase = seed + particle as f32;
+            let free = f32::from(model.particles.inverse_mass[particle] > 0.0);
+            Vec3::new((12.9 * phase).sin(), (78.2 * phase).sin(), (37.7 * phase).sin()) * free
+        };
+        (0..model.particle_count()).map(value).collect()
+    }
+
+    /// Sum of M a b.
+    fn product(model: &Model, a: &Vectors, b: &Vectors) -> f64 {
+        let terms = a.iter().zip(b.iter()).zip(&model.particles.mass);
+        terms.map(|((a, b), mass)| f64::from(*mass) * a.as_dvec3().dot(b.as_dvec3())).sum()
+    }
+
+    fn apply(model: &Model, scaling: &mut MassScaling, field: &Vectors) -> Vectors {
+        let mut result = Vectors::zeros(field.len());
+        scaling.add(model, field, &mut result, &Pool::new(1));
+        result
+    }
+
+    /// Sheets whose masses are scaled.
+    fn sheets() -> impl Iterator<Item = (Source, [u32; 2], f64)> {
+        let sizes = [[3, 3], [5, 9], [16, 16], [31, 12], [40, 33]];
+        let stiffnesses = sizes.into_iter().flat_map(|cells| [1e3, 1e4].map(|stiffness| (cells, stiffness)));
+        stiffnesses.flat_map(|(cells, stiffness)| [Source::Grid, Source::Mesh].map(|source| (source, cells, stiffness)))
+    }
+
+    #[test]
+    fn shares_are_what_levels_bear_and_add_up_to_one() {
+        let shares = |borne: f64, rates: &[f64]| Shares::new(borne, rates.iter().copied()).0;
+        assert_eq!(shares(1.0, &[8.0, 2.0, 0.5, 0.1]), [0.125, 0.375, 0.5]);
+        assert_eq!(shares(1.0, &[8.0, 2.0]), [0.125, 0.875], "the last one has what is left");
+        assert_eq!(shares(1.0, &[2.0, 4.0, 1.0]), [0.5, 0.0, 0.5], "never less than nothing");
+        assert_eq!(shares(1.0, &[0.0]), [1.0]);
+    }
+
+    #[test]
+    fn a_field_without_differences_passes_and_momentum_is_kept() {
+        for (source, cells, stiffness) in sheets() {
+            let (model, mut scaling) = scaled(source, cells, json!([]), stiffness);
+            let even = (0..model.particle_count()).map(|_| Vec3::new(1.0, -2.0, 0.5)).collect();
+            for value in apply(&model, &mut scaling, &even).iter() {
+                assert!(value.abs_diff_eq(Vec3::new(1.0, -2.0, 0.5), 1e-5), "{source:?} {cells:?}, {stiffness}: {value}");
+            }
+            let momentum = |field: &Vectors| {
+                field.iter().zip(&model.particles.mass).map(|(v, mass)| v.as_dvec3() * f64::from(*mass)).sum::<DVec3>()
+            };
+            let field = velocities(&model, 0.3);
+            let off = momentum(&apply(&model, &mut scaling, &field)) - momentum(&field);
+            assert!(off.length() < 1e-6, "{source:?} {cells:?}, {stiffness}: {off}");
+        }
+    }
+
+    #[test]
+    fn it_is_symmetric_and_positive_and_moves_nothing_that_is_held() {
+        for (source, cells, stiffness) in sheets() {
+            let pins = json!([{ "nearest": [0.0, 0.8, 0.0] }, { "nearest": [0.4, 0.3, 0.0] }]);
+            let (model, mut scaling) = scaled(source, cells, pins, stiffness);
+            let (a, b) = (velocities(&model, 0.1), velocities(&model, 0.7));
+            let (of_a, of_b) = (apply(&model, &mut scaling, &a), apply(&model, &mut scaling, &b));
+            let (one, other) = (product(&model, &of_a, &b), product(&model, &a, &of_b));
+            let size = product(&model, &a, &a);
+            assert!((one - other).abs() < 1e-6 * size, "{source:?} {cells:?}: {one} {other}");
+            let kept = product(&model, &of_a, &a);
+            let least = f64::from(scaling.springs.0[0]);
+            assert!(kept > 0.99 * least * size && kept < 1.001 * size, "{source:?} {cells:?}: {kept} of {size}");
+            for (value, weight) in of_a.iter().zip(&model.particles.inverse_mass) {
+                assert!(*weight > 0.0 || value == Vec3::ZERO);
+            }
+        }
+    }
+
+    #[test]
+    fn no_vibration_is_faster_than_the_step_bears() {
+        for (cells, pins, stiffness) in [
+            ([20, 20], json!([]), 40.0),
+            ([33, 17], json!([{ "nearest": [0.0, 0.8, 0.0] }]), 20.0),
+            ([62, 45], json!([{ "nearest": [0.0, 0.8, 0.0] }, { "nearest": [1.0, 0.8, 0.0] }]), 20.0),
+            ([12, 12], json!([{ "nearest": [0.0, 0.8, 0.0] }]), 5e4),
+            ([130, 21], json!([]), 20.0),
+            ([98, 75], json!([{ "nearest": [0.31, 0.4, 0.0] }]), 20.0),
+            ([24, 40], json!([{ "box": [[-0.01, -1, -1], [0.01, 1, 1]] }, { "nearest": [0.53, 0.41, 0.0] }]), 20.0),
+        ] {
+            for source in [Source::Grid, Source::Mesh] {
+                let (model, mut scaling) = scaled(source, cells, pins.clone(), stiffness);
+                let timing = model.timing.scaled.expect("masses are scaled");
+                // The largest eigenvalue by power iteration on small displacements.
+                let (pool, mut forces, all) = (Pool::new(1), Forces::new(&model), 0..model.particle_count());
+                let mut mode = velocities(&model, 0.2);
+                let mut square = 0.0;
+                for _ in 0..200 {
+                    let small = 1e-4 / product(&model, &mode, &mode).sqrt();
+                    let (mut moved, mut gained) = (model.particles.rest.clone(), Vectors::zeros(all.len()));
+                    moved.add_scaled(all.clone(), &mode, small as f32, &pool);
+                    gains(&model, &model.cloths[0], &moved, &mut gained, 1.0, &mut forces, &pool);
+                    mode = apply(&model, &mut scaling, &gained);
+                    square = product(&model, &mode, &mode).sqrt() / 1e-4;
+                }
+                let part = model.timing.step_length / f64::from(timing.parts);
+                let (vibrates, damped) = (part * part * square, part * square * timing.springs_ahead);
+                assert!(vibrates + 2.0 * damped < 4.0, "{source:?} {cells:?}: {vibrates} {damped}");
+                assert!(vibrates > 0.4, "{source:?} {cells:?}: needlessly slow, {vibrates}");
+            }
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! A mesh or network at several resolutions: levels of particles chosen from its own, joined by springs as long as the cloth
+//! between them (docs/equations.md, "Coarse to fine").
+
+mod coarsen;
+mod interpolation;
+mod rates;
+
+use glam::Vec3;
+
+use super::surface::{Search, Surface};
+use super::{Adjacency, ClothRange, Particles, Springs};
+use coarsen::{Choosing, coarser};
+pub(super) use rates::{of_grid, of_hierarchy};
+
+/// A level of so few particles needs no coarser one.
+const FEW: usize = 4;
+/// Nor does one of which the next level would keep more than this part: it has fallen into pieces.
+const SHRINKS: f64 = 0.8;
+
+/// The levels of a cloth that is no lattice.
+#[derive(Debug)]
+pub struct Hierarchy {
+    /// The finest first.
+    pub levels: Vec<Level>,
+}
+
+/// Some particles of a cloth.
+#[derive(Debug, Default)]
+pub struct Level {
+    /// Their numbers in the cloth, in rising order.
+    pub nodes: Vec<u32>,
+    /// Places of the two ends in `nodes`, the lower one first, and the distance between them along the cloth at rest [m]. On the
+    /// finest level the springs of type 1 that are not between two held particles.
+    pub springs: Vec<Bond>,
+    /// For each particle of the next finer level the places in `nodes` that it follows, with parts that add up to one; none on
+    /// the finest level.
+    pub parents: Adjacency<Follow>,
+    /// The masses that they carry when displacements are interpolated [kg]: those of the finest level, shared out as the
+    /// particles follow. What is held carries nothing and shares nothing.
+    pub masses: Vec<f64>,
+    /// Whether they are held, or followed by what is.
+    pub fixed: Vec<bool>,
+}
+
+/// A spring of a level.
+pub type Bond = ([u32; 2], f32);
+/// A particle of the coarser level, and the part by which it is followed.
+pub type Follow = (u32, f32);
+
+impl Hierarchy {
+    /// Level 0 is the cloth, without the particles that nothing is tied to.
+    pub(super) fn new(cloth: &ClothRange, particles: &Particles, springs: &Springs, triangles: &[[u32; 3]]) -> Self {
+        let surface = Surface::new(cloth, &particles.rest, springs, triangles);
+        let held: Vec<bool> = cloth.particles().map(|particle| particles.inverse_mass[particle] == 0.0).collect();
+        let rank = ranks(cloth, particles, &surface, &held);
+        let nodes: Vec<u32> = (0..cloth.count as u32).filter(|&node| !surface.links(node).is_empty()).collect();
+        let mut place = vec![0; cloth.count];
+        (0..).zip(&nodes).for_each(|(index, &node)| place[node as usize] = index);
+        let bond = |spring: usize| {
+            let [u, v] = springs.ends[spring].map(|end| end as usize - cloth.first);
+            let [a, b] = [place[u], place[v]];
+            (!(held[u] && held[v])).then_some(([a.min(b), a.max(b)], springs.rest[spring]))
+        };
+        let mut bonds: Vec<Bond> = cloth.springs.clone().filter_map(bond).collect();
+        bonds.sort_by_key(|bond| bond.0);
+        let mass = |&node: &u32| if held[node as usize] { 0.0 } else { f64::from(particles.mass[cloth.first + node as usize]) };
+        let masses = nodes.iter().map(mass).collect();
+        let fixed = nodes.iter().map(|&node| held[node as usize]).collect();
+        let mut levels = vec![Level { nodes, springs: bonds, parents: Adjacency::default(), masses, fixed }];
+        let mut search = Search::new(cloth.count);
+        let on = Choosing { surface: &surface, held: &held, rank: &rank };
+        while let Some(fine) = levels.last().filter(|level| level.nodes.len() > FEW) {
+            let coarse = coarser(fine, &on, &mut search);
+            if coarse.springs.is_empty() || coarse.nodes.len() as f64 > SHRINKS * fine.nodes.len() as f64 {
+                break;
+            }
+            levels.push(coarse);
+        }
+        Self { levels }
+    }
+}
+
+/// Held particles come first, then corners, then borders: levels keep the outline of the cloth.
+fn ranks(cloth: &ClothRange, particles: &Particles, surface: &Surface, held: &[bool]) -> Vec<u8> {
+    /// How far the mean direction to the neighbours is from zero.
+    const CORNER: f32 = 0.6;
+    const BORDER: f32 = 0.3;
+    let at = |node: u32| particles.rest.get(cloth.first + node as usize);
+    let rank = |(node, &held): (u32, &bool)| {
+        let links = surface.links(node);
+        let sum: Vec3 = links.iter().map(|&(other, _)| (at(other) - at(node)).normalize_or_zero()).sum();
+        let lopsided = sum.length() / links.len().max(1) as f32;
+        if held {
+            3
+        } else if lopsided > CORNER {
+            2
+        } else {
+            u8::from(lopsided > BORDER)
+        }
+    };
+    (0..).zip(held).map(rank).collect()
+}

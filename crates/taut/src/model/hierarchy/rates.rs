@@ -1,0 +1,112 @@
+//! How fast the levels of a cloth can vibrate.
+//!
+//! A displacement q of the particles of a level moves those of the cloth by P q, so that springs of stiffness k store
+//! `sum k |r q|^2 / 2` at most, in whatever configuration; the row r of a spring is the difference of two rows of P. With the
+//! masses M that the level carries, no vibration has a larger w^2 than the largest sum of a row of `M^-1 sum k |r| |r|^T`
+//! (Gershgorin).
+
+use super::{Hierarchy, Level};
+use crate::model::{ClothRange, LevelRate, Springs};
+
+/// Smaller parts of a row are left out; they are rounding [1].
+const NOTHING: f64 = 1e-6;
+
+/// A spring as a level sees it: stiffness [N/m], damping [kg/s] and its row.
+struct Row {
+    stiffness: f64,
+    damping: f64,
+    /// Places in the level.
+    parts: Vec<(u32, f64)>,
+}
+
+/// Rates of a grid whose finest level has `finest`: from one to the next they fall to a quarter.
+pub(in crate::model) fn of_grid(cells: [u32; 2], finest: LevelRate) -> Vec<LevelRate> {
+    let mut rates = vec![finest];
+    let (mut longest, mut rate) = (cells[0].max(cells[1]) + 1, finest);
+    while longest > 2 {
+        longest = longest.div_ceil(2);
+        rate = LevelRate { frequency_squared: rate.frequency_squared / 4.0, damping: rate.damping / 4.0 };
+        rates.push(rate);
+    }
+    rates
+}
+
+/// Rates of the levels of a mesh, up to the first that is no faster than `enough`. `bending` is the w^2 of its bending [1/s^2],
+/// which falls from level to level at least as that of springs does.
+pub(in crate::model) fn of_hierarchy(
+    hierarchy: &Hierarchy,
+    cloth: &ClothRange,
+    springs: &Springs,
+    bending: f64,
+    enough: LevelRate,
+) -> Vec<LevelRate> {
+    let mut rows = rows(&hierarchy.levels[0], cloth, springs);
+    let mut rates: Vec<LevelRate> = Vec::new();
+    let mut finest = 0.0;
+    for level in &hierarchy.levels {
+        if !rates.is_empty() {
+            rows.iter_mut().for_each(|row| row.parts = carried(&row.parts, level));
+        }
+        let mut sums = vec![[0.0; 2]; level.nodes.len()];
+        for row in &rows {
+            let size: f64 = row.parts.iter().map(|(_, part)| part.abs()).sum();
+            for &(place, part) in &row.parts {
+                sums[place as usize][0] += row.stiffness * size * part.abs();
+                sums[place as usize][1] += row.damping * size * part.abs();
+            }
+        }
+        let fastest = |which: usize| {
+            let moving = sums.iter().zip(&level.masses).zip(&level.fixed).filter(|(_, fixed)| !**fixed);
+            moving.map(|((sum, mass), _)| sum[which] / mass).fold(0.0, f64::max)
+        };
+        let springs = fastest(0);
+        if rates.is_empty() {
+            finest = springs;
+        }
+        let bends = if finest > 0.0 { bending * (springs / finest).min(1.0) } else { bending };
+        rates.push(LevelRate { frequency_squared: springs + bends, damping: fastest(1) });
+        if springs + bends <= enough.frequency_squared && fastest(1) <= enough.damping {
+            break;
+        }
+    }
+    rates
+}
+
+/// The springs that act as forces; what is fixed has no part in them.
+fn rows(finest: &Level, cloth: &ClothRange, springs: &Springs) -> Vec<Row> {
+    let mut place = vec![None; cloth.count];
+    (0..).zip(&finest.nodes).for_each(|(index, &node)| place[node as usize] = Some(index));
+    let row = |spring: usize| {
+        let part = |end: u32, sign: f64| {
+            let place = place[end as usize - cloth.first]?;
+            (!finest.fixed[place as usize]).then_some((place, sign))
+        };
+        let [u, v] = springs.ends[spring];
+        Row {
+            stiffness: f64::from(springs.force_stiffness[spring] + springs.steepest[spring]),
+            damping: f64::from(springs.damping[spring]),
+            parts: [part(u, 1.0), part(v, -1.0)].into_iter().flatten().collect(),
+        }
+    };
+    let own = cloth.particles();
+    let type2 = (springs.type1..springs.len()).filter(|&spring| own.contains(&(springs.ends[spring][0] as usize)));
+    cloth.springs.clone().chain(type2).map(row).collect()
+}
+
+/// A row on the next coarser level.
+fn carried(parts: &[(u32, f64)], coarse: &Level) -> Vec<(u32, f64)> {
+    let mut carried: Vec<(u32, f64)> = Vec::new();
+    for &(place, part) in parts {
+        for &(above, share) in coarse.parents.of(place as usize) {
+            if coarse.fixed[above as usize] {
+                continue;
+            }
+            match carried.iter_mut().find(|entry| entry.0 == above) {
+                Some(entry) => entry.1 += part * f64::from(share),
+                None => carried.push((above, part * f64::from(share))),
+            }
+        }
+    }
+    carried.retain(|(_, part)| part.abs() > NOTHING);
+    carried
+}
