@@ -21,10 +21,16 @@ use motion::Motion;
 
 /// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
 const BACK_OFF: f32 = 0.012;
-/// .. and at most, as a part of the strain that R allows; on grids ..
+/// .. and at most, as a part of the strain that R allows; where masses are scaled ..
 const LARGEST_BACK_OFF: f32 = 0.7;
 /// .. and elsewhere, where springs still vibrate within a step: cloth without dampers would gain energy.
 const LARGEST_BACK_OFF_UNSCALED: f32 = 0.5;
+/// Coarse levels aim below their limit by a part of a spring's length, up to this [m]: a part of a long spring is a long way, and taking
+/// it back within a step would throw the cloth. What counts is that a level has more room than the finer one, and less than
+/// gravity takes in a step of 1/60 s (2.7 mm). Under limits ..
+const FURTHEST: f32 = 1e-3;
+/// .. tighter than this [1] all springs are taut, and levels get more room, as steps get shorter: with the cube root.
+const ROOMY: f32 = 0.05;
 /// Part of the last cycle's way that the next one starts with.
 const MOMENTUM: f32 = 0.85;
 /// A cycle that makes the worst spring this much worse ends the momentum.
@@ -86,11 +92,12 @@ impl Unit {
     /// A cloth; none if nothing in it is limited.
     fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
-        let largest = if cloth.lattice.is_some() { LARGEST_BACK_OFF } else { LARGEST_BACK_OFF_UNSCALED };
+        let largest = if cloth.rates.is_empty() { LARGEST_BACK_OFF_UNSCALED } else { LARGEST_BACK_OFF };
         let delta = BACK_OFF.min(largest * strain) / (1.0 + strain);
+        let furthest = FURTHEST / (strain / ROOMY).cbrt().min(1.0);
         let levels: Box<dyn Levels> = match cloth.lattice {
-            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
-            None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
+            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, furthest)),
+            None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta, furthest)),
         };
         let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * delta);
         Some(Self { cloth: cloth.clone(), certificate: Certificate::new(model, cloth), levels, enough })

@@ -1,31 +1,43 @@
 //! The levels of a cloth, laid out in memory.
 
-use super::level::{Level, Spring};
-use crate::geometry::Vectors;
+use glam::Vec4;
+
+use super::level::{Bundle, Level};
+use super::tiles::{TILE, Tiles, tile_of};
 use crate::model::{Adjacency, ClothRange, Hierarchy};
 
-/// Levels, the finest first, and the particle at each place of the finest one.
-pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) -> (Vec<Level>, Vec<u32>) {
-    let finest = &hierarchy.levels[0].nodes;
+/// Levels, the finest first, the tiles of that, and the particle at each of its places.
+pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) -> (Vec<Level>, Tiles, Vec<u32>) {
+    let finest = &hierarchy.levels[0];
     let mut place = vec![0; cloth.count];
-    (0..).zip(finest).for_each(|(index, &node)| place[node as usize] = index);
+    (0..).zip(&finest.nodes).for_each(|(index, &node)| place[node as usize] = index);
+    let limited = |&(ends, length): &([u32; 2], f32)| (ends, stretch * length);
     let mut levels: Vec<Level> = Vec::new();
     for level in &hierarchy.levels {
         if let Some(fine) = levels.last_mut() {
-            let moving = (0_u32..).zip(&fine.p).filter(|(_, quad)| quad[3] > 0.0);
+            let moving = (0_u32..).zip(&fine.d).filter(|(_, quad)| quad.w > 0.0);
             let follow =
                 moving.flat_map(|(place, _)| level.parents.of(place as usize).iter().map(move |&follow| (place, follow)));
-            fine.parents = Adjacency::new(fine.p.len(), follow);
+            fine.parents = Adjacency::new(fine.d.len(), follow);
         }
         let weight = |&mass: &f64| if mass > 0.0 { (1.0 / mass) as f32 } else { 0.0 };
-        let spring = |&(ends, length): &([u32; 2], f32)| Spring { ends, limit: stretch * length, now: stretch * length };
+        let d: Vec<Vec4> = level.masses.iter().map(|mass| Vec4::new(0.0, 0.0, 0.0, weight(mass))).collect();
         levels.push(Level {
-            p: level.masses.iter().map(|mass| [0.0, 0.0, 0.0, weight(mass)]).collect(),
-            d: Vectors::zeros(level.nodes.len()),
-            springs: level.springs.iter().map(spring).collect(),
+            before: d.clone(),
+            d,
+            bundles: if levels.is_empty() { Vec::new() } else { Bundle::pack(level.springs.iter().map(limited)) },
             finest: level.nodes.iter().map(|&node| place[node as usize]).collect(),
             parents: Adjacency::default(),
         });
     }
-    (levels, finest.iter().map(|node| cloth.first as u32 + node).collect())
+    let (bundles, mut starts) = (&mut levels[0].bundles, vec![0]);
+    let mut rest = &finest.springs[..];
+    for tile in 0..finest.nodes.len().div_ceil(TILE as usize) as u32 {
+        let (own, others) = rest.split_at(rest.partition_point(|spring| tile_of(spring.0) <= tile));
+        rest = others;
+        bundles.extend(Bundle::pack(own.iter().map(limited)));
+        starts.push(bundles.len());
+    }
+    let tiles = Tiles::new(starts, finest.springs.iter().map(|spring| spring.0));
+    (levels, tiles, finest.nodes.iter().map(|node| cloth.first as u32 + node).collect())
 }

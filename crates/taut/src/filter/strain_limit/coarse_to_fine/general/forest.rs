@@ -6,9 +6,8 @@
 //! that turn end up longer than their projection on n; T is lowered for them until their true length is right (SHAKE with
 //! inequalities; docs/equations.md, "Networks without loops").
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec4, Vec4Swizzles};
 
-use super::level::Spring;
 use crate::geometry::Vectors;
 
 /// T is this much below what is enough, as a part of R: rounding of the ends must not lead over it.
@@ -64,13 +63,14 @@ enum Above {
 }
 
 impl Forest {
-    /// The trees of a network; none if there is no tree in it. `weights` are inverse masses by place.
-    pub fn new(springs: &[Spring], weights: &[f32]) -> Option<Self> {
+    /// The trees of a network; none if there is no tree in it. Springs come with their greatest lengths [m]; `weights` are inverse
+    /// masses by place.
+    pub fn new(springs: impl Iterator<Item = ([u32; 2], f32)>, weights: &[f32]) -> Option<Self> {
         let mut around: Vec<Vec<(usize, f32)>> = vec![Vec::new(); weights.len()];
-        for spring in springs {
-            let [a, b] = spring.ends.map(|end| end as usize);
-            around[a].push((b, spring.limit));
-            around[b].push((a, spring.limit));
+        for (ends, limit) in springs {
+            let [a, b] = ends.map(|end| end as usize);
+            around[a].push((b, limit));
+            around[b].push((a, limit));
         }
         let mut seen = vec![false; weights.len()];
         let mut bodies = Vec::new();
@@ -84,7 +84,7 @@ impl Forest {
 
     /// Corrects displacements that start at `x`; leaves them as they are where no exact answer is found. Springs may be
     /// `enough` of their limit long.
-    pub fn correct(&mut self, x: &Vectors, d: &mut Vectors, enough: f32) {
+    pub fn correct(&mut self, x: &[Vec4], d: &mut Vectors, enough: f32) {
         self.load(x, d, enough);
         for _ in 0..TURNS {
             if !self.settle(d) {
@@ -97,7 +97,7 @@ impl Forest {
         }
     }
 
-    fn load(&mut self, x: &Vectors, d: &Vectors, enough: f32) {
+    fn load(&mut self, x: &[Vec4], d: &Vectors, enough: f32) {
         for index in 0..self.bodies.len() {
             let above = match self.bodies[index].above {
                 Above::Nothing => None,
@@ -107,7 +107,7 @@ impl Forest {
             let body = &mut self.bodies[index];
             body.proposed = d.get(body.place).as_dvec3();
             if let Some(above) = above {
-                let from = x.get(body.place).as_dvec3() - x.get(above).as_dvec3();
+                let from = x[body.place].xyz().as_dvec3() - x[above].xyz().as_dvec3();
                 body.length = from.length();
                 body.direction = from.normalize_or_zero();
                 body.target = f64::from(body.limit * (enough - MARGIN));

@@ -10,13 +10,13 @@ mod forest;
 mod level;
 mod tiles;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::{Levels, Motion};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
-use level::{Level, Pull, square_distance};
+use level::{LANES, Level, Pull};
 use tiles::Tiles;
 
 /// Levels with at most this many particles are swept [`COARSEST_SWEEPS`] times: they cost nothing and carry the loads.
@@ -24,6 +24,8 @@ const COARSEST: usize = 81;
 const COARSEST_SWEEPS: usize = 3;
 /// Part of the way that coarse springs are pulled; the finer levels do the rest.
 const COARSE_PART: f32 = 0.8;
+/// From this level on springs are pulled along their directions at the start of the step, as on grids.
+const STEADY: usize = 2;
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 4;
 const LOCAL_ROUNDS: usize = 3;
@@ -36,47 +38,65 @@ pub(super) struct GeneralLevels {
     /// Inverse masses on the finest level.
     weights: Vec<f32>,
     /// Where the step begins [m].
-    x: Vectors,
+    x: Vec<Vec4>,
     /// Displacements one cycle ago [m].
-    previous: Vectors,
+    previous: Vec<Vec4>,
+    /// Displacements as they were proposed, and as they come out [m].
+    proposed: Vectors,
+    corrected: Vectors,
+    /// How far each particle may go with all its springs within their limits [m].
+    room: Vec<f32>,
     /// Where the finest level is over its limit.
     tiles: Tiles,
     /// What can be solved exactly, and whether it has been in this step.
     forest: Option<Forest>,
     solved: bool,
+    /// How far below R springs are aimed, as a part of R ..
     delta: f32,
+    /// .. and on coarse levels at most [m].
+    furthest: f32,
     backwards: bool,
 }
 
 impl GeneralLevels {
-    /// The levels of a cloth with the limit `strain_limit`, aiming `delta` of R below it.
-    pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, delta: f32) -> Self {
-        let (levels, particles) = build::levels(hierarchy, cloth, 1.0 + strain_limit);
+    /// The levels of a cloth with the limit `strain_limit`, aiming `delta` of R below it, on coarse levels `furthest` [m] at most.
+    pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, delta: f32, furthest: f32) -> Self {
+        let stretch = 1.0 + strain_limit;
+        let (levels, tiles, particles) = build::levels(hierarchy, cloth, stretch);
         let count = particles.len();
-        let weights: Vec<f32> = levels[0].p.iter().map(|quad| quad[3]).collect();
+        let weights: Vec<f32> = levels[0].d.iter().map(|quad| quad.w).collect();
+        let springs = hierarchy.levels[0].springs.iter().map(|&(ends, length)| (ends, stretch * length));
         Self {
-            forest: Forest::new(&levels[0].springs, &weights),
+            forest: Forest::new(springs, &weights),
             solved: false,
             weights,
-            x: Vectors::zeros(count),
-            previous: Vectors::zeros(count),
-            tiles: Tiles::new(count, &levels[0].springs),
+            x: vec![Vec4::ZERO; count],
+            previous: levels[0].d.clone(),
+            proposed: Vectors::zeros(count),
+            corrected: Vectors::zeros(count),
+            room: vec![0.0; count],
+            tiles,
             levels,
             particles,
             delta,
+            furthest,
             backwards: false,
         }
     }
 
     /// Not every spring that is a little over its aim is worth a pull: only those more than half the way to the limit.
     fn finest_pull(&self) -> Pull {
-        Pull { trigger: 1.0 - 0.5 * self.delta, aim: 1.0 - self.delta, part: 1.0 }
+        Pull { trigger: 1.0 - 0.5 * self.delta, aim: 1.0 - self.delta, part: 1.0, at_start: false }
     }
 
     fn sweep(&mut self, index: usize) {
-        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: 1.0, aim: 1.0, part: COARSE_PART } };
+        let pull = if index == 0 {
+            self.finest_pull()
+        } else {
+            Pull { trigger: 1.0, aim: 1.0, part: COARSE_PART, at_start: index >= STEADY }
+        };
         let level = &mut self.levels[index];
-        level.sweep(0..level.springs.len(), pull, self.backwards);
+        level.sweep(0..level.bundles.len(), pull, self.backwards);
         self.backwards = !self.backwards;
     }
 
@@ -85,39 +105,58 @@ impl GeneralLevels {
         let count = self.tiles.count();
         for tile in 0..count {
             let tile = if self.backwards { count - 1 - tile } else { tile };
-            self.levels[0].sweep(self.tiles.springs(tile), pull, self.backwards);
+            if self.tiles.is_wide(tile) {
+                self.levels[0].sweep(self.tiles.bundles(tile), pull, self.backwards);
+            }
         }
         self.backwards = !self.backwards;
     }
 
     /// Largest |P_uv| / R; marks the tiles where it is over `enough`.
     fn measure(&mut self, enough: f32) -> f32 {
-        self.tiles.clear();
-        let Level { p, springs, .. } = &self.levels[0];
-        let mut worst = 0.0_f32;
-        for spring in springs {
-            let [u, v] = spring.ends.map(|end| end as usize);
-            let (square, limit) = (square_distance(p[u], p[v]), spring.limit * spring.limit);
-            if square > worst * limit {
-                worst = square / limit;
+        let Level { d, bundles, .. } = &self.levels[0];
+        let mut worst = Vec4::ZERO;
+        for tile in 0..self.tiles.count() {
+            let mut here = Vec4::ZERO;
+            for bundle in &bundles[self.tiles.bundles(tile)] {
+                here = here.max(bundle.squares(d) / (bundle.limit * bundle.limit));
             }
-            if square > enough * enough * limit {
-                self.tiles.mark(spring);
-            }
+            self.tiles.mark(tile, here.max_element() > enough * enough);
+            worst = worst.max(here);
         }
-        worst.sqrt()
+        worst.max_element().sqrt()
     }
 
-    /// Goes on with `momentum` and forms the ends of the step anew, so that their roundings do not add up.
+    /// How far each particle may go, whatever its neighbours do, without a spring becoming longer than `aim` of R: half of what
+    /// the tightest of its springs has left.
+    fn measure_room(&mut self, aim: f32) {
+        self.room.fill(f32::INFINITY);
+        let Level { d, bundles, .. } = &self.levels[0];
+        for bundle in bundles {
+            let length = Vec4::from_array(bundle.squares(d).to_array().map(f32::sqrt));
+            let left = (0.5 * (aim * bundle.limit - length)).max(Vec4::ZERO).to_array();
+            for lane in 0..LANES {
+                for end in bundle.ends.map(|ends| ends[lane] as usize) {
+                    self.room[end] = self.room[end].min(left[lane]);
+                }
+            }
+        }
+    }
+
+    /// Goes on with `momentum`.
     fn go_on(&mut self, momentum: f32) {
-        let Level { p, d, .. } = &mut self.levels[0];
-        for (place, p) in p.iter_mut().enumerate() {
-            let now = d.get(place);
-            let ahead = if momentum > 0.0 { now + (now - self.previous.get(place)) * momentum } else { now };
-            self.previous.set(place, now);
-            d.set(place, ahead);
-            let end = self.x.get(place) + ahead;
-            p[..3].copy_from_slice(&end.to_array());
+        for (d, previous) in self.levels[0].d.iter_mut().zip(&mut self.previous) {
+            // Inverse masses are the same in both.
+            let now = *d;
+            *d = now + (now - *previous) * momentum;
+            *previous = now;
+        }
+    }
+
+    /// Hands the displacements of the finest level out.
+    fn hand_out(&mut self) {
+        for (place, d) in self.levels[0].d.iter().enumerate() {
+            self.corrected.set(place, d.xyz());
         }
     }
 }
@@ -126,41 +165,48 @@ impl Levels for GeneralLevels {
     fn load(&mut self, positions: &Vectors, ends: &Vectors) {
         for (place, &particle) in self.particles.iter().enumerate() {
             let start = positions.get(particle as usize);
-            self.x.set(place, start);
-            self.levels[0].d.set(place, ends.get(particle as usize) - start);
+            let d = ends.get(particle as usize) - start;
+            self.x[place] = start.extend(0.0);
+            self.levels[0].d[place] = d.extend(self.weights[place]);
+            self.proposed.set(place, d);
         }
-        for level in &mut self.levels[1..] {
-            for spring in &mut level.springs {
-                let [u, v] = spring.ends.map(|end| self.x.get(level.finest[end as usize] as usize));
-                spring.now = (spring.limit * (1.0 - self.delta)).max(u.distance(v));
+        self.corrected.copy_from(&self.proposed);
+        let (finest, coarse) = self.levels.split_at_mut(1);
+        for bundle in &mut finest[0].bundles {
+            bundle.begin(|end| self.x[end as usize]);
+        }
+        for level in coarse {
+            let Level { bundles, finest, .. } = level;
+            for bundle in bundles {
+                bundle.begin(|end| self.x[finest[end as usize] as usize]);
+                let back_off = (bundle.limit * self.delta).min(Vec4::splat(self.furthest));
+                let length = Vec4::from_array(bundle.squares_at_start().to_array().map(f32::sqrt));
+                bundle.now = (bundle.limit - back_off).max(length);
             }
         }
         self.backwards = false;
         self.solved = false;
     }
 
-    fn cycle(&mut self, momentum: f32, enough: f32, _: &Pool) -> f32 {
+    fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> f32 {
         if let (Some(forest), false) = (&mut self.forest, self.solved) {
             self.solved = true;
-            forest.correct(&self.x, &mut self.levels[0].d, enough);
+            forest.correct(&self.x, &mut self.corrected, enough);
+            for (place, d) in self.levels[0].d.iter_mut().enumerate() {
+                *d = self.corrected.get(place).extend(d.w);
+            }
             self.go_on(0.0);
             return self.measure(enough);
         }
         self.go_on(momentum);
         let (finest, coarse) = self.levels.split_at_mut(1);
-        for level in coarse {
-            for (p, &place) in level.p.iter_mut().zip(&level.finest) {
-                let [x, y, z, _] = finest[0].p[place as usize];
-                p[..3].copy_from_slice(&[x, y, z]);
-            }
-            level.forget();
-        }
+        coarse.iter_mut().for_each(|level| level.sample(&finest[0]));
         for index in (1..self.levels.len()).rev() {
-            for _ in 0..if self.levels[index].p.len() <= COARSEST { COARSEST_SWEEPS } else { 1 } {
+            for _ in 0..if self.levels[index].d.len() <= COARSEST { COARSEST_SWEEPS } else { 1 } {
                 self.sweep(index);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
-            fine[index - 1].follow(&coarse[0]);
+            fine[index - 1].follow(&mut coarse[0], pool);
         }
         self.sweep(0);
         let mut worst = self.measure(enough);
@@ -174,16 +220,25 @@ impl Levels for GeneralLevels {
         worst
     }
 
-    fn release(&mut self, _: &Pool) {}
+    fn release(&mut self, _: &Pool) {
+        self.measure_room(1.0 - 0.5 * self.delta);
+        for (place, d) in self.levels[0].d.iter_mut().enumerate() {
+            let way = self.proposed.get(place) - d.xyz();
+            let (length, room) = (way.length(), self.room[place]);
+            let part = if length > room { room / length } else { 1.0 };
+            *d += (way * part).extend(0.0);
+        }
+        self.hand_out();
+    }
 
     fn motion(&mut self) -> Motion<'_> {
-        Motion { d: &mut self.levels[0].d, weights: &self.weights }
+        Motion { d: &mut self.corrected, weights: &self.weights }
     }
 
     fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors) {
         for (place, &particle) in self.particles.iter().enumerate() {
             let particle = particle as usize;
-            let (start, after) = (positions.get(particle), self.levels[0].d.get(place));
+            let (start, after) = (positions.get(particle), self.corrected.get(place));
             let before = ends.get(particle) - start;
             let corrected = self.weights[place] > 0.0 && after != before;
             corrections.set(particle, if corrected { after - before } else { Vec3::ZERO });

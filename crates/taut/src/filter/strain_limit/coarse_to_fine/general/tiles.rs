@@ -2,15 +2,14 @@
 
 use std::ops::Range;
 
-use super::level::Spring;
 use crate::model::Adjacency;
 
 /// Particles in a tile; near ones have near places, so that a tile is a patch of the cloth.
-const TILE: usize = 64;
+pub(super) const TILE: u32 = 64;
 
 /// The tiles of a level.
 pub(super) struct Tiles {
-    /// Springs of tile t: `springs[starts[t]..starts[t + 1]]`, those whose first end is in it.
+    /// Bundles of tile t: `bundles[starts[t]..starts[t + 1]]`, those whose springs begin in it.
     starts: Vec<usize>,
     /// Tiles that share a spring.
     neighbours: Adjacency<u32>,
@@ -19,27 +18,35 @@ pub(super) struct Tiles {
     wide: Vec<bool>,
 }
 
+/// The tile in which a spring begins.
+pub(super) fn tile_of(ends: [u32; 2]) -> u32 {
+    ends[0] / TILE
+}
+
 impl Tiles {
-    /// Tiles of so many particles; `springs` are in the order of their first ends.
-    pub fn new(particles: usize, springs: &[Spring]) -> Self {
-        let count = particles.div_ceil(TILE);
-        let starts = (0..=count).map(|tile| springs.partition_point(|spring| (spring.ends[0] as usize) < tile * TILE)).collect();
-        let mut pairs: Vec<(u32, u32)> = springs.iter().map(|spring| spring.ends.map(tile_of)).map(|[a, b]| (a, b)).collect();
-        pairs.retain(|(a, b)| a != b);
+    /// Tiles whose bundles begin at `starts`; `springs` are all springs.
+    pub fn new(starts: Vec<usize>, springs: impl Iterator<Item = [u32; 2]>) -> Self {
+        let count = starts.len() - 1;
+        let mut pairs: Vec<(u32, u32)> = springs.map(|[a, b]| (a / TILE, b / TILE)).filter(|(a, b)| a != b).collect();
         pairs.sort_unstable();
         pairs.dedup();
         let neighbours = Adjacency::new(count, pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]));
         Self { starts, neighbours, marked: vec![false; count], wide: vec![false; count] }
     }
 
-    pub fn clear(&mut self) {
-        self.marked.fill(false);
+    /// How many tiles there are.
+    pub fn count(&self) -> usize {
+        self.marked.len()
     }
 
-    /// Marks the tiles of a spring's ends.
-    #[inline]
-    pub fn mark(&mut self, spring: &Spring) {
-        spring.ends.iter().for_each(|&end| self.marked[tile_of(end) as usize] = true);
+    /// The bundles of a tile.
+    pub fn bundles(&self, tile: usize) -> Range<usize> {
+        self.starts[tile]..self.starts[tile + 1]
+    }
+
+    /// Says whether a tile is over its limit.
+    pub fn mark(&mut self, tile: usize, over: bool) {
+        self.marked[tile] = over;
     }
 
     /// Takes the neighbours in: what is pulled in goes over there. Returns whether less than half of the level is
@@ -52,17 +59,8 @@ impl Tiles {
         2 * self.wide.iter().filter(|wide| **wide).count() < self.wide.len()
     }
 
-    /// How many tiles there are.
-    pub fn count(&self) -> usize {
-        self.wide.len()
+    /// Whether a tile is marked or beside a marked one.
+    pub fn is_wide(&self, tile: usize) -> bool {
+        self.wide[tile]
     }
-
-    /// The springs of a tile if it is marked or beside a marked one.
-    pub fn springs(&self, tile: usize) -> Range<usize> {
-        if self.wide[tile] { self.starts[tile]..self.starts[tile + 1] } else { 0..0 }
-    }
-}
-
-fn tile_of(place: u32) -> u32 {
-    place / TILE as u32
 }

@@ -20,12 +20,6 @@ use transfer::{bands, coarsened, parents, prolong, sample, sampled};
 /// Levels with at most this many particles are swept [`COARSEST_SWEEPS`] times: they cost nothing and carry the loads.
 const COARSEST: usize = 81;
 const COARSEST_SWEEPS: usize = 3;
-/// Levels aim below their limit by a part of a spring's length, up to this [m]: a part of a long spring is a long way, and taking
-/// it back within a step would throw the cloth. What counts is that a level has more room than the finer one, and less than
-/// gravity takes in a step of 1/60 s (2.7 mm). Under limits ..
-const FURTHEST: f64 = 1e-3;
-/// .. tighter than this [1] all springs are taut, and levels get more room, as steps get shorter: with the cube root.
-const ROOMY: f64 = 0.05;
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; from this level on they turn little.
 const STEADY: usize = 2;
@@ -64,8 +58,8 @@ struct Anchor {
 }
 
 impl LatticeLevels {
-    /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it.
-    pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32) -> Self {
+    /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it, but no more than `furthest` [m].
+    pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32, furthest: f32) -> Self {
         let at = |i: usize, j: usize| model.particles.rest.get(lattice.first + j * lattice.columns + i).as_dvec3();
         let mut columns: Vec<f64> = (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect();
         let mut rows: Vec<f64> = (0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect();
@@ -95,8 +89,7 @@ impl LatticeLevels {
             rows = (0..coarsened(rows.len())).map(|j| rows[sampled(j, rows.len())]).collect();
         }
         let spacing = finest_columns[1].max(finest_rows[1]);
-        let furthest = FURTHEST / (f64::from(strain_limit) / ROOMY).cbrt().min(1.0);
-        let of_level = |level: i32| f64::from(delta).min(furthest / (spacing * 2_f64.powi(level))) as f32;
+        let of_level = |level: i32| f64::from(delta).min(f64::from(furthest) / (spacing * 2_f64.powi(level))) as f32;
         let deltas = (0..levels.len() as i32).map(of_level).collect();
         Self {
             first: lattice.first,
