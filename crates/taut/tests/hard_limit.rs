@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Simulation, chain_links, network, scene_of, sheet, worst};
+use common::{Simulation, centre_of_mass, chain_links, crooked, mesh_scene, network, scene_of, sheet, worst};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use serde_json::json;
@@ -64,6 +64,47 @@ fn the_drop_follows_converged_sweeps_and_nothing_is_cut() {
     let apart = path.iter().zip(&reference).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
     assert_eq!(cuts, 0);
     assert!(apart < 0.04, "the centres of mass part by {apart} m");
+}
+
+/// A square sheet of cotton that hangs from a corner, at the default settings.
+fn hung(as_mesh: bool, cells: u32, stiffness: Option<f64>) -> Simulation {
+    let mut cloth = json!({ "fabric": "cotton", "density": 0.2, "strain_limit": 0.1, "pins": [{ "nearest": [0.0, 0.0, 0.0] }] });
+    if let Some(stiffness) = stiffness {
+        cloth["stiffness"] = json!(stiffness);
+    }
+    if as_mesh {
+        return Simulation::of(mesh_scene(json!({ "fps": 60.0 }), cloth, crooked(cells)));
+    }
+    cloth["grid"] = json!({ "size": [1.0, 1.0], "cells": [cells, cells], "axes": ["x", "y"] });
+    Simulation::new(&json!({ "fps": 60.0, "cloth": [cloth] }))
+}
+
+#[test]
+fn a_mesh_falls_as_a_grid_does() {
+    let (mut mesh, mut grid) = (hung(true, 32, None), hung(false, 32, None));
+    let (mut apart, mut cuts) = (0.0_f64, 0);
+    for _ in 0..36 {
+        for run in [&mut mesh, &mut grid] {
+            cuts += run.steps(u64::from(run.model.timing.substeps)).cuts;
+        }
+        apart = apart.max(centre_of_mass(&mesh).distance(centre_of_mass(&grid)));
+    }
+    assert_eq!(cuts, 0);
+    assert!(apart < 0.04, "the centres of mass part by {apart} m");
+}
+
+#[test]
+fn automatic_steps_bear_any_stiffness() {
+    for as_mesh in [false, true] {
+        for stiffness in [1e2, 1e3, 1e4, 1e5] {
+            let mut run = hung(as_mesh, 16, Some(stiffness));
+            run.steps(60 * u64::from(run.model.timing.substeps));
+            let fastest = run.state.velocities.iter().map(Vec3::length).fold(0.0, f32::max);
+            // A fall of 1.4 m ends with 5 m/s; a tip may be whipped faster.
+            assert!(fastest < 15.0, "mesh: {as_mesh}, {stiffness} N/m: {fastest} m/s");
+            assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING, "mesh: {as_mesh}, {stiffness} N/m");
+        }
+    }
 }
 
 #[test]

@@ -124,7 +124,7 @@ impl Euler {
         let Self { before, parts, seen, waves, .. } = self;
         let (before, particles) = (*before, cloth.particles());
         match cloth.lattice {
-            Some(lattice) if !cloth.linked && !cloth.curved && !cloth.bends => {
+            Some(lattice) if cloth.linked.is_none() && !cloth.curved && !cloth.bends => {
                 let (lattice, wave) = (&model.lattices[lattice], &mut waves[lattice]);
                 let acceleration = forces.acceleration();
                 wave.run(wave::Step { lattice, before, parts, ahead, acceleration, positions, ends, velocities }, pool);

@@ -213,7 +213,7 @@ impl Assembly {
             first,
             count,
             springs: 0..0,
-            linked: false,
+            linked: None,
             curved: cloth.curves.as_ref().is_some_and(|curves| curves.tension.is_some() || curves.shear.is_some()),
             bends: cloth.bending() > 0.0 || bends_along > 0,
             curvatures: first_row..first_row + bends_along,
@@ -245,7 +245,7 @@ impl Assembly {
         let around =
             (0..).zip(&self.panels).flat_map(|(index, panel)| panel.distinct().iter().map(move |&corner| (corner, index)));
         let mut lattices = Vec::new();
-        let mut next = 0;
+        let (mut next, mut linked) = (0, 0..);
         for (cloth, range) in scene.cloth.iter().zip(&mut self.cloths) {
             let particles = range.particles();
             let of_cloth = springs.ends[next..springs.type1].iter().take_while(|ends| particles.contains(&(ends[0] as usize)));
@@ -255,7 +255,8 @@ impl Assembly {
                 range.lattice = Some(lattices.len());
                 lattices.push(lattice);
             }
-            range.linked = range.lattice.is_none() || cloth.flexion_stiffness > 0.0;
+            let is_linked = range.lattice.is_none() || cloth.flexion_stiffness > 0.0;
+            range.linked = if is_linked { linked.next() } else { None };
         }
         let rates = Rates::new(&self.particles, &springs, &bending, self.drag_rate + wind);
         let hierarchies = hierarchies(scene, &mut self.cloths, &self.particles, &springs, &self.triangles, &rates);

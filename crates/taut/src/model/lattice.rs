@@ -20,7 +20,7 @@ pub struct Lattice {
     pub limits: [f32; 4],
 }
 
-/// The constants of springs that stand side by side, from left to right.
+/// The constants of some springs, such as those that stand side by side in a row.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpringRun {
     /// k_s [N/m].
@@ -59,7 +59,7 @@ impl Lattice {
             let limit = &mut lattice.limits[kind];
             *limit = limit.min(springs.greatest_length(spring));
             if of_run {
-                run.push(springs, spring);
+                run.push(springs.force_stiffness[spring], springs.rest[spring], springs.damping[spring]);
             }
         }
         Some(lattice)
@@ -78,9 +78,10 @@ impl Lattice {
 }
 
 impl SpringRun {
-    fn push(&mut self, springs: &Springs, spring: usize) {
-        self.stiffness.push(springs.force_stiffness[spring]);
-        self.stiffness_rest.push(springs.force_stiffness[spring] * springs.rest[spring]);
-        self.damping.push(springs.damping[spring]);
+    /// Adds a spring: k_s [N/m], L [m], k_D [kg/s].
+    pub fn push(&mut self, stiffness: f32, rest: f32, damping: f32) {
+        self.stiffness.push(stiffness);
+        self.stiffness_rest.push(stiffness * rest);
+        self.damping.push(damping);
     }
 }

@@ -33,7 +33,7 @@ pub use air::{Air, Wave};
 pub use bending::{Bend, Bending, Buckling, Curvatures, Share};
 pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
 pub use flow::{Flows, Outflow, Vortex};
-pub use hierarchy::Hierarchy;
+pub use hierarchy::{Hierarchy, Parents};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use numbering::Numbering;
@@ -96,8 +96,8 @@ pub struct ClothRange {
     pub count: usize,
     /// Its type 1 springs.
     pub springs: Range<usize>,
-    /// Whether its particles have springs that are not in a lattice.
-    pub linked: bool,
+    /// Which of the cloths with springs outside of lattices it is, if it has such springs.
+    pub linked: Option<usize>,
     /// Whether springs of it follow measured curves.
     pub curved: bool,
     /// Whether it resists bending.

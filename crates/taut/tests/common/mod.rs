@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use serde_json::{Value, json};
 use taut::advance::{Summary, advance};
 use taut::model::{MeshData, Model};
@@ -63,6 +64,34 @@ pub fn mesh_scene(mut rest: Value, mut cloth: Value, mesh: MeshData) -> Model {
     rest["cloth"] = json!([cloth]);
     let meshes = BTreeMap::from([("mesh".to_owned(), mesh)]);
     Model::build(&scene(&rest), &meshes).expect("a model")
+}
+
+/// A sheet 1 m wide in the plane of x and y, its vertices off their places by up to a quarter of a cell, its cells cut either way.
+pub fn crooked(cells: u32) -> MeshData {
+    let random = |seed: u32| (f64::from(seed) * 0.618_034).fract() - 0.5;
+    let place = |at: u32, seed: u32| {
+        let off = if at == 0 || at == cells { 0.0 } else { 0.5 * random(seed) };
+        (f64::from(at) + off) / f64::from(cells)
+    };
+    let mut mesh = MeshData::default();
+    for vertex in 0..(cells + 1).pow(2) {
+        let (i, j) = (vertex % (cells + 1), vertex / (cells + 1));
+        mesh.vertices.push([place(i, 7 * vertex), place(j, 13 * vertex + 3), 0.0]);
+    }
+    for cell in 0..cells * cells {
+        let a = i64::from(cell / cells * (cells + 1) + cell % cells);
+        let [b, c, d] = [a + 1, a + i64::from(cells) + 2, a + i64::from(cells) + 1];
+        mesh.corners.extend(if random(5 * cell) < 0.0 { [a, b, c, a, c, d] } else { [a, b, d, b, c, d] });
+        mesh.counts.extend([3, 3]);
+    }
+    mesh
+}
+
+/// Of all particles [m].
+pub fn centre_of_mass(run: &Simulation) -> DVec3 {
+    let masses = &run.model.particles.mass;
+    let sum: DVec3 = run.state.positions.iter().zip(masses).map(|(x, m)| x.as_dvec3() * f64::from(*m)).sum();
+    sum / masses.iter().map(|m| f64::from(*m)).sum::<f64>()
 }
 
 /// A cloth of points and links with neither stiffness, damping nor drag.

@@ -1,33 +1,32 @@
-//! The two laws in vector registers: a force along or with the difference of two ends.
+//! The two laws (paper, section 2.1) in vector registers: a force along or with the difference of two ends.
 
-use glam::Vec3;
 use pulp::Simd;
 
 use super::row::Three;
-use super::{damping, spring};
 use crate::geometry::reciprocal_sqrts;
-use crate::model::{Link, SpringRun};
+use crate::model::SpringRun;
 
 /// What an end of a spring feels, from the difference `other - own` of a field.
 pub(crate) trait Law: Copy + Sync {
     /// The constants that [`Self::factor`] needs, spring by spring.
     fn constants(self, run: &SpringRun) -> [&[f32]; 2];
-    /// The forces are the differences times these.
+    /// The forces are the differences times these, within 1e-6 of the greatest of their terms.
     fn factors<S: Simd, const N: usize>(
         self,
         simd: S,
         differences: &[Three<S::f32s>; N],
         constants: [[S::f32s; 2]; N],
     ) -> [S::f32s; N];
-    /// The force for one link.
-    fn force(self, difference: Vec3, link: &Link) -> Vec3;
+    /// The same of one register, within rounding: where memory is waited for anyway, dividing costs nothing.
+    fn exact_factor<S: Simd>(self, simd: S, difference: Three<S::f32s>, constants: [S::f32s; 2]) -> S::f32s;
 }
 
-/// F_s.
+/// Hooke's law: `F_s = k_s (1 - L / |X_uv|) X_uv` on u, `X_uv = X_v - X_u` [N]. Two particles at the same place have no direction
+/// to push in; the force is zero there.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Hooke;
 
-/// F_D.
+/// Linear damping of relative velocity: `F_D = k_D (V_v - V_u)` on u [N].
 #[derive(Debug, Clone, Copy)]
 pub(in crate::forces) struct Damper;
 
@@ -45,9 +44,8 @@ impl Law for Hooke {
         constants: [[S::f32s; 2]; N],
     ) -> [S::f32s; N] {
         let mut factors = [simd.splat_f32s(0.0); N];
-        for (factor, [x, y, z]) in factors.iter_mut().zip(differences) {
-            let flat = simd.add_f32s(simd.mul_f32s(*x, *x), simd.mul_f32s(*y, *y));
-            *factor = simd.add_f32s(flat, simd.mul_f32s(*z, *z));
+        for (factor, difference) in factors.iter_mut().zip(differences) {
+            *factor = square(simd, *difference);
         }
         factors = reciprocal_sqrts(simd, factors);
         for (factor, [stiffness, stiffness_rest]) in factors.iter_mut().zip(constants) {
@@ -57,9 +55,19 @@ impl Law for Hooke {
     }
 
     #[inline(always)]
-    fn force(self, difference: Vec3, link: &Link) -> Vec3 {
-        spring::force(difference, link.rest, link.stiffness)
+    fn exact_factor<S: Simd>(self, simd: S, difference: Three<S::f32s>, constants: [S::f32s; 2]) -> S::f32s {
+        let [stiffness, stiffness_rest] = constants;
+        // The floor keeps two particles at the same place from dividing by zero.
+        let length = simd.max_f32s(simd.sqrt_f32s(square(simd, difference)), simd.splat_f32s(1e-30));
+        simd.sub_f32s(stiffness, simd.div_f32s(stiffness_rest, length))
     }
+}
+
+/// |X|^2.
+#[inline(always)]
+fn square<S: Simd>(simd: S, [x, y, z]: Three<S::f32s>) -> S::f32s {
+    let flat = simd.add_f32s(simd.mul_f32s(x, x), simd.mul_f32s(y, y));
+    simd.add_f32s(flat, simd.mul_f32s(z, z))
 }
 
 impl Law for Damper {
@@ -78,7 +86,7 @@ impl Law for Damper {
     }
 
     #[inline(always)]
-    fn force(self, difference: Vec3, link: &Link) -> Vec3 {
-        damping::force(difference, link.damping)
+    fn exact_factor<S: Simd>(self, _: S, _: Three<S::f32s>, [damping, _]: [S::f32s; 2]) -> S::f32s {
+        damping
     }
 }

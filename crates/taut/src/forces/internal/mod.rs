@@ -1,9 +1,8 @@
 //! F_INT = F_s + F_D (paper, section 2.1): the springs and dampers around each particle.
 //!
-//! A regular grid is walked over row by row with vector instructions; what is not in a grid gathers along lists of links.
+//! A regular grid is walked over row by row; what is not in a grid has lists of springs.
 
 mod curve;
-mod damping;
 mod lattice;
 mod law;
 mod links;
@@ -33,15 +32,20 @@ pub(super) struct Impulse<'a> {
     pub scale: f32,
 }
 
-/// Workspace of a law: that of every lattice.
+/// Workspace of a law: that of every lattice, and that of every cloth with springs outside of lattices.
 #[derive(Debug)]
 pub(super) struct Workspace {
     lattices: Vec<lattice::Workspace>,
+    links: Vec<links::Workspace>,
 }
 
 impl Workspace {
     pub fn new<L: Law>(law: L, model: &Model) -> Self {
-        Self { lattices: model.lattices.iter().map(|lattice| lattice::Workspace::new(law, lattice)).collect() }
+        let linked = model.cloths.iter().filter(|cloth| cloth.linked.is_some());
+        Self {
+            lattices: model.lattices.iter().map(|lattice| lattice::Workspace::new(law, lattice)).collect(),
+            links: linked.map(|cloth| links::Workspace::new(law, model, cloth)).collect(),
+        }
     }
 }
 
@@ -54,8 +58,8 @@ impl Impulse<'_> {
             lattice::apply(law, impulse, model, &model.lattices[lattice], &mut workspace.lattices[lattice], pool);
             (keep, add) = (1.0, 0.0); // links come on top of that
         }
-        if cloth.linked {
-            links::apply(law, Impulse { field, other, out, keep, add, scale }, model, cloth, pool);
+        if let Some(linked) = cloth.linked {
+            links::apply(law, Impulse { field, other, out, keep, add, scale }, model, cloth, &mut workspace.links[linked], pool);
         }
     }
 }

@@ -4,7 +4,7 @@ use glam::{Vec3, Vec3A};
 
 use super::{Levels, Shares};
 use crate::geometry::{Pool, Vectors, for_each_chunk};
-use crate::model::{Adjacency, ClothRange, Hierarchy, Model};
+use crate::model::{Adjacency, ClothRange, Hierarchy, Model, Parents};
 
 /// The levels of a cloth above the cloth itself.
 pub(super) struct GeneralLevels {
@@ -18,9 +18,9 @@ struct Level {
     weights: Vec<f32>,
     /// P_l^T M V on the way up, velocities on the way down.
     field: Vec<Vec3A>,
-    /// For each particle of the finer level those that it follows, and by which part: P.
-    parents: Adjacency<(u32, f32)>,
-    /// The same as seen from here: P^T.
+    /// What each particle of the finer level follows: P.
+    parents: Vec<Parents>,
+    /// The same as seen from here: P^T, or P^T M above the cloth itself.
     children: Adjacency<(u32, f32)>,
 }
 
@@ -29,18 +29,22 @@ impl GeneralLevels {
     pub fn new(cloth: &ClothRange, hierarchy: &Hierarchy, levels: usize) -> Self {
         let nodes = &hierarchy.levels[0].nodes;
         let coarse = hierarchy.levels[..levels].iter().enumerate().skip(1).map(|(index, level)| {
+            let finer = &hierarchy.levels[index - 1];
             // The cloth's own particles are all there, even those that nothing is tied to.
-            let (count, places) =
-                if index == 1 { (cloth.count, nodes.len()) } else { (0, hierarchy.levels[index - 1].nodes.len()) };
-            let finer = |place: usize| if index == 1 { nodes[place] } else { place as u32 };
-            let follow = (0..places)
-                .flat_map(|place| level.parents.of(place).iter().map(move |&(above, part)| (finer(place), above, part)));
+            let own = |place: usize| if index == 1 { nodes[place] } else { place as u32 };
+            let mut parents = vec![Parents::default(); if index == 1 { cloth.count } else { finer.nodes.len() }];
+            level.parents.iter().enumerate().for_each(|(place, &list)| parents[own(place) as usize] = list);
+            let mass = |place: usize| if index == 1 { finer.masses[place] as f32 } else { 1.0 };
+            let followed = level.parents.iter().enumerate().flat_map(|(place, list)| {
+                let child = move |(above, part)| (above, (own(place), part * mass(place)));
+                list.iter().map(child)
+            });
             let weight = |(&mass, &fixed): (&f64, &bool)| if fixed { 0.0 } else { (1.0 / mass) as f32 };
             Level {
                 weights: level.masses.iter().zip(&level.fixed).map(weight).collect(),
                 field: vec![Vec3A::ZERO; level.nodes.len()],
-                parents: Adjacency::new(count.max(places), follow.clone().map(|(place, above, part)| (place, (above, part)))),
-                children: Adjacency::new(level.nodes.len(), follow.map(|(place, above, part)| (above, (place, part)))),
+                children: Adjacency::new(level.nodes.len(), followed),
+                parents,
             }
         });
         Self { cloth: cloth.clone(), coarse: coarse.collect() }
@@ -48,9 +52,9 @@ impl GeneralLevels {
 }
 
 impl Levels for GeneralLevels {
-    fn add(&mut self, model: &Model, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
+    fn add(&mut self, _: &Model, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
         let Self { cloth, coarse } = self;
-        let (first, masses) = (cloth.first, &model.particles.mass);
+        let first = cloth.first;
         let coarse = &mut coarse[..shares.len() - 1];
         for index in 0..coarse.len() {
             let (finer, here) = coarse.split_at_mut(index);
@@ -61,7 +65,7 @@ impl Levels for GeneralLevels {
                     let children = children.of(place).iter().map(|&(child, part)| (child as usize, part));
                     *value = match finer {
                         Some(finer) => children.map(|(child, part)| finer[child] * part).sum(),
-                        None => children.map(|(child, part)| at(gains, first + child) * (part * masses[first + child])).sum(),
+                        None => children.map(|(child, part)| at(gains, first + child) * part).sum(),
                     };
                 }
             });
@@ -91,7 +95,9 @@ impl Level {
     /// P at a particle of the finer level. What is fixed gets nothing: all that it follows is fixed as well.
     #[inline(always)]
     fn prolonged(&self, place: usize) -> Vec3A {
-        self.parents.of(place).iter().map(|&(above, part)| self.field[above as usize] * part).sum()
+        let Parents { places, parts } = &self.parents[place];
+        let [a, b, c] = places.map(|above| self.field[above as usize]);
+        a * parts[0] + b * parts[1] + c * parts[2]
     }
 }
 

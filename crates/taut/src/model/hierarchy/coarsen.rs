@@ -6,8 +6,7 @@
 use std::collections::VecDeque;
 
 use super::interpolation::weights;
-use super::{Bond, Follow, Level};
-use crate::model::Adjacency;
+use super::{Bond, Level, Parents};
 use crate::model::surface::{Search, Surface};
 
 /// A chosen particle stands for those nearer than this, in mean distances of neighbours.
@@ -46,19 +45,18 @@ pub(super) fn coarser(fine: &Level, cloth: &Choosing<'_>, search: &mut Search) -
     }
     let (around, near) = choice.neighbours(&coarse_of);
     let between = |a: u32, b: u32| around[a as usize].iter().find(|entry| entry.0 == b).map(|entry| entry.1);
-    let follow = |(&own, near): (&u32, &Near)| if own == NONE { weights(near, between) } else { vec![(own, 1.0)] };
-    let follows: Vec<Vec<Follow>> = coarse_of.iter().zip(&near).map(follow).collect();
+    let follow = |(&own, near): (&u32, &Near)| Parents::new(&if own == NONE { weights(near, between) } else { vec![(own, 1.0)] });
+    let parents: Vec<Parents> = coarse_of.iter().zip(&near).map(follow).collect();
     let nodes: Vec<u32> = choice.chosen.iter().map(|&place| fine.nodes[place as usize]).collect();
     let held = |coarse: u32| cloth.held[nodes[coarse as usize] as usize];
     let (mut masses, mut fixed) = (vec![0.0; nodes.len()], vec![false; nodes.len()]);
-    for ((&mass, &follower_fixed), list) in fine.masses.iter().zip(&fine.fixed).zip(&follows) {
-        for &(coarse, part) in list {
+    for ((&mass, &follower_fixed), list) in fine.masses.iter().zip(&fine.fixed).zip(&parents) {
+        for (coarse, part) in list.iter() {
             masses[coarse as usize] += if held(coarse) { 0.0 } else { f64::from(part) * mass };
             fixed[coarse as usize] |= follower_fixed;
         }
     }
-    let flat = (0_u32..).zip(&follows).flat_map(|(place, list)| list.iter().map(move |&follow| (place, follow)));
-    Level { springs: springs(&around, between, held), parents: Adjacency::new(fine.nodes.len(), flat), masses, fixed, nodes }
+    Level { springs: springs(&around, between, held), parents, masses, fixed, nodes }
 }
 
 /// The particles chosen from a level.

@@ -8,7 +8,7 @@ mod rates;
 use glam::Vec3;
 
 use super::surface::{Search, Surface};
-use super::{Adjacency, ClothRange, Particles, Springs};
+use super::{ClothRange, Particles, Springs};
 use coarsen::{Choosing, coarser};
 pub(super) use rates::{of_grid, of_hierarchy};
 
@@ -32,9 +32,8 @@ pub struct Level {
     /// Places of the two ends in `nodes`, the lower one first, and the distance between them along the cloth at rest [m]. On the
     /// finest level the springs of type 1 that are not between two held particles.
     pub springs: Vec<Bond>,
-    /// For each particle of the next finer level the places in `nodes` that it follows, with parts that add up to one; none on
-    /// the finest level.
-    pub parents: Adjacency<Follow>,
+    /// What each particle of the next finer level follows; none on the finest level.
+    pub parents: Vec<Parents>,
     /// The masses that they carry when displacements are interpolated [kg]: those of the finest level, shared out as the
     /// particles follow. What is held carries nothing and shares nothing.
     pub masses: Vec<f64>,
@@ -44,8 +43,30 @@ pub struct Level {
 
 /// A spring of a level.
 pub type Bond = ([u32; 2], f32);
-/// A particle of the coarser level, and the part by which it is followed.
-pub type Follow = (u32, f32);
+
+/// The particles of the next coarser level that one follows: the corners of a triangle around it, or fewer.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Parents {
+    /// Their places in that level.
+    pub places: [u32; 3],
+    /// The parts by which each is followed: they add up to one, and those that are not needed are zero.
+    pub parts: [f32; 3],
+}
+
+impl Parents {
+    fn new(list: &[(u32, f32)]) -> Self {
+        let mut parents = Self::default();
+        for (index, &(place, part)) in list.iter().enumerate() {
+            (parents.places[index], parents.parts[index]) = (place, part);
+        }
+        parents
+    }
+
+    /// Those that are needed, with their parts.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, f32)> + Clone + use<> {
+        self.places.into_iter().zip(self.parts).filter(|(_, part)| *part != 0.0)
+    }
+}
 
 impl Hierarchy {
     /// Level 0 is the cloth, without the particles that nothing is tied to.
@@ -66,7 +87,7 @@ impl Hierarchy {
         let mass = |&node: &u32| if held[node as usize] { 0.0 } else { f64::from(particles.mass[cloth.first + node as usize]) };
         let masses = nodes.iter().map(mass).collect();
         let fixed = nodes.iter().map(|&node| held[node as usize]).collect();
-        let mut levels = vec![Level { nodes, springs: bonds, parents: Adjacency::default(), masses, fixed }];
+        let mut levels = vec![Level { nodes, springs: bonds, parents: Vec::new(), masses, fixed }];
         let mut search = Search::new(cloth.count);
         let on = Choosing { surface: &surface, held: &held, rank: &rank };
         while let Some(fine) = levels.last().filter(|level| level.nodes.len() > FEW) {

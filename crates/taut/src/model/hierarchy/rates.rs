@@ -97,7 +97,7 @@ fn rows(finest: &Level, cloth: &ClothRange, springs: &Springs) -> Vec<Row> {
 fn carried(parts: &[(u32, f64)], coarse: &Level) -> Vec<(u32, f64)> {
     let mut carried: Vec<(u32, f64)> = Vec::new();
     for &(place, part) in parts {
-        for &(above, share) in coarse.parents.of(place as usize) {
+        for (above, share) in coarse.parents[place as usize].iter() {
             if coarse.fixed[above as usize] {
                 continue;
             }

@@ -25,13 +25,7 @@ const BACK_OFF: f32 = 0.012;
 const LARGEST_BACK_OFF: f32 = 0.7;
 /// .. and elsewhere, where springs still vibrate within a step: cloth without dampers would gain energy.
 const LARGEST_BACK_OFF_UNSCALED: f32 = 0.5;
-/// Coarse levels aim below their limit by a part of a spring's length, up to this [m]: a part of a long spring is a long way, and taking
-/// it back within a step would throw the cloth. What counts is that a level has more room than the finer one, and less than
-/// gravity takes in a step of 1/60 s (2.7 mm). Under limits ..
-const FURTHEST: f32 = 1e-3;
-/// .. tighter than this [1] all springs are taut, and levels get more room, as steps get shorter: with the cube root.
-const ROOMY: f32 = 0.05;
-/// Part of the last cycle's way that the next one starts with.
+/// Part of the last cycle's way that the next one starts with, at most.
 const MOMENTUM: f32 = 0.85;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
@@ -94,10 +88,9 @@ impl Unit {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
         let largest = if cloth.rates.is_empty() { LARGEST_BACK_OFF_UNSCALED } else { LARGEST_BACK_OFF };
         let delta = BACK_OFF.min(largest * strain) / (1.0 + strain);
-        let furthest = FURTHEST / (strain / ROOMY).cbrt().min(1.0);
         let levels: Box<dyn Levels> = match cloth.lattice {
-            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, furthest)),
-            None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta, furthest)),
+            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
+            None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
         let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * delta);
         Some(Self { cloth: cloth.clone(), certificate: Certificate::new(model, cloth), levels, enough })
@@ -113,11 +106,11 @@ impl Unit {
         self.levels.load(&state.positions, ends);
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame));
-        let mut since_restart = 0;
+        let mut since_restart = 0_u8;
         while worst > self.enough && limited.sweeps < model.solver.iterations() {
-            let now = self.levels.cycle(if since_restart < 2 { 0.0 } else { MOMENTUM }, self.enough, pool);
+            let now = self.levels.cycle(momentum(since_restart), self.enough, pool);
             limited.sweeps += 1;
-            since_restart = if now > RESTART * worst { 0 } else { since_restart + 1 };
+            since_restart = if now > RESTART * worst { 0 } else { since_restart.saturating_add(1) };
             worst = now;
         }
         self.levels.release(pool);
@@ -141,6 +134,13 @@ impl Unit {
         limited.held_back_pins = if frame.is_none() { limited.cuts } else { 0 };
         limited
     }
+}
+
+/// Part of the last cycle's way that the next one starts with, so many cycles after the last start without it. The first cycle
+/// corrects more than any other, and once: that does not go on. Few cycles want little momentum: what they pull too far,
+/// nothing pulls back, and it comes back in the next step as a jerk (docs/decisions/coarse-to-fine.md).
+fn momentum(cycles: u8) -> f32 {
+    if cycles < 2 { 0.0 } else { MOMENTUM.min(f32::from(cycles) / (f32::from(cycles) + 1.0)) }
 }
 
 /// What rounding its two ends to single precision can add to the shortest spring of a cloth, as a part of its length.

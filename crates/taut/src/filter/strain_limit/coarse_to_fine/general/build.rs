@@ -4,7 +4,7 @@ use glam::Vec4;
 
 use super::level::{Bundle, Level};
 use super::tiles::{TILE, Tiles, tile_of};
-use crate::model::{Adjacency, ClothRange, Hierarchy};
+use crate::model::{ClothRange, Hierarchy, Parents};
 
 /// Levels, the finest first, the tiles of that, and the particle at each of its places.
 pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) -> (Vec<Level>, Tiles, Vec<u32>) {
@@ -15,10 +15,8 @@ pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) ->
     let mut levels: Vec<Level> = Vec::new();
     for level in &hierarchy.levels {
         if let Some(fine) = levels.last_mut() {
-            let moving = (0_u32..).zip(&fine.d).filter(|(_, quad)| quad.w > 0.0);
-            let follow =
-                moving.flat_map(|(place, _)| level.parents.of(place as usize).iter().map(move |&follow| (place, follow)));
-            fine.parents = Adjacency::new(fine.d.len(), follow);
+            let follow = |(&parents, d): (&Parents, &Vec4)| if d.w > 0.0 { parents } else { Parents::default() };
+            fine.parents = level.parents.iter().zip(&fine.d).map(follow).collect();
         }
         let weight = |&mass: &f64| if mass > 0.0 { (1.0 / mass) as f32 } else { 0.0 };
         let d: Vec<Vec4> = level.masses.iter().map(|mass| Vec4::new(0.0, 0.0, 0.0, weight(mass))).collect();
@@ -27,7 +25,7 @@ pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) ->
             d,
             bundles: if levels.is_empty() { Vec::new() } else { Bundle::pack(level.springs.iter().map(limited)) },
             finest: level.nodes.iter().map(|&node| place[node as usize]).collect(),
-            parents: Adjacency::default(),
+            parents: Vec::new(),
         });
     }
     let (bundles, mut starts) = (&mut levels[0].bundles, vec![0]);

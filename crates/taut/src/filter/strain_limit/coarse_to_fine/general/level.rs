@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{Mat4, Vec4, Vec4Swizzles};
 
 use crate::geometry::{Pool, for_each_chunk};
-use crate::model::Adjacency;
+use crate::model::Parents;
 
 /// How many springs are looked at together.
 pub(super) const LANES: usize = 4;
@@ -28,8 +28,8 @@ pub(super) struct Level {
     pub bundles: Vec<Bundle>,
     /// Where the finest level keeps each particle.
     pub finest: Vec<u32>,
-    /// For each particle those of the next coarser level that it follows, and by which part; none for what is held.
-    pub parents: Adjacency<(u32, f32)>,
+    /// What each particle follows on the next coarser level; nothing if it is held.
+    pub parents: Vec<Parents>,
 }
 
 /// Four springs that share no particle, if there were enough.
@@ -52,8 +52,6 @@ pub(super) struct Pull {
     pub trigger: f32,
     /// .. to this length ..
     pub aim: f32,
-    /// .. by this part of the way ..
-    pub part: f32,
     /// .. along X, their direction at the start of the step, instead of X + D: only if D, what the step has turned and
     /// stretched them by, is short against them.
     pub at_start: bool,
@@ -85,8 +83,9 @@ impl Level {
         }
         let (parents, gains) = (&self.parents, &coarse.before);
         for_each_chunk(&mut self.d, pool, |start, chunk| {
-            for (place, d) in (start..).zip(chunk) {
-                *d = parents.of(place).iter().fold(*d, |d, &(parent, part)| d + gains[parent as usize] * part);
+            for (d, Parents { places, parts }) in chunk.iter_mut().zip(&parents[start..]) {
+                let [a, b, c] = places.map(|place| gains[place as usize]);
+                *d += a * parts[0] + b * parts[1] + c * parts[2];
             }
         });
     }
@@ -170,7 +169,7 @@ impl Bundle {
             return;
         }
         let length = Vec4::from_array(square.to_array().map(f32::sqrt));
-        let mut excess = Vec4::splat(pull.part) * (length - self.now * pull.aim) / length;
+        let mut excess = (length - self.now * pull.aim) / length;
         let mut along = [x, y, z];
         if pull.at_start {
             let [u, v, w] = moved;

@@ -19,13 +19,11 @@ use forest::Forest;
 use level::{LANES, Level, Pull};
 use tiles::Tiles;
 
-/// Levels with at most this many particles are swept [`COARSEST_SWEEPS`] times: they cost nothing and carry the loads.
+/// Coarse levels are swept twice: they carry the loads, and all of them together have fewer springs than half the finest ..
+const COARSE_SWEEPS: usize = 2;
+/// .. and those with at most so many particles cost nothing.
 const COARSEST: usize = 81;
 const COARSEST_SWEEPS: usize = 3;
-/// Part of the way that coarse springs are pulled; the finer levels do the rest.
-const COARSE_PART: f32 = 0.8;
-/// From this level on springs are pulled along their directions at the start of the step, as on grids.
-const STEADY: usize = 2;
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 4;
 const LOCAL_ROUNDS: usize = 3;
@@ -51,16 +49,14 @@ pub(super) struct GeneralLevels {
     /// What can be solved exactly, and whether it has been in this step.
     forest: Option<Forest>,
     solved: bool,
-    /// How far below R springs are aimed, as a part of R ..
+    /// How far below R springs are aimed, as a part of R.
     delta: f32,
-    /// .. and on coarse levels at most [m].
-    furthest: f32,
     backwards: bool,
 }
 
 impl GeneralLevels {
-    /// The levels of a cloth with the limit `strain_limit`, aiming `delta` of R below it, on coarse levels `furthest` [m] at most.
-    pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, delta: f32, furthest: f32) -> Self {
+    /// The levels of a cloth with the limit `strain_limit`, aiming `delta` of R below it.
+    pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, delta: f32) -> Self {
         let stretch = 1.0 + strain_limit;
         let (levels, tiles, particles) = build::levels(hierarchy, cloth, stretch);
         let count = particles.len();
@@ -79,22 +75,17 @@ impl GeneralLevels {
             levels,
             particles,
             delta,
-            furthest,
             backwards: false,
         }
     }
 
     /// Not every spring that is a little over its aim is worth a pull: only those more than half the way to the limit.
     fn finest_pull(&self) -> Pull {
-        Pull { trigger: 1.0 - 0.5 * self.delta, aim: 1.0 - self.delta, part: 1.0, at_start: false }
+        Pull { trigger: 1.0 - 0.5 * self.delta, aim: 1.0 - self.delta, at_start: false }
     }
 
     fn sweep(&mut self, index: usize) {
-        let pull = if index == 0 {
-            self.finest_pull()
-        } else {
-            Pull { trigger: 1.0, aim: 1.0, part: COARSE_PART, at_start: index >= STEADY }
-        };
+        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: 1.0, aim: 1.0, at_start: true } };
         let level = &mut self.levels[index];
         level.sweep(0..level.bundles.len(), pull, self.backwards);
         self.backwards = !self.backwards;
@@ -112,11 +103,14 @@ impl GeneralLevels {
         self.backwards = !self.backwards;
     }
 
-    /// Largest |P_uv| / R; marks the tiles where it is over `enough`.
-    fn measure(&mut self, enough: f32) -> f32 {
+    /// Largest |P_uv| / R, everywhere or around the tiles that were swept alone; marks the tiles where it is over `enough`.
+    fn measure(&mut self, enough: f32, everywhere: bool) -> f32 {
         let Level { d, bundles, .. } = &self.levels[0];
         let mut worst = Vec4::ZERO;
         for tile in 0..self.tiles.count() {
+            if !everywhere && !self.tiles.is_near_wide(tile) {
+                continue;
+            }
             let mut here = Vec4::ZERO;
             for bundle in &bundles[self.tiles.bundles(tile)] {
                 here = here.max(bundle.squares(d) / (bundle.limit * bundle.limit));
@@ -179,9 +173,8 @@ impl Levels for GeneralLevels {
             let Level { bundles, finest, .. } = level;
             for bundle in bundles {
                 bundle.begin(|end| self.x[finest[end as usize] as usize]);
-                let back_off = (bundle.limit * self.delta).min(Vec4::splat(self.furthest));
                 let length = Vec4::from_array(bundle.squares_at_start().to_array().map(f32::sqrt));
-                bundle.now = (bundle.limit - back_off).max(length);
+                bundle.now = (bundle.limit * (1.0 - self.delta)).max(length);
             }
         }
         self.backwards = false;
@@ -196,26 +189,26 @@ impl Levels for GeneralLevels {
                 *d = self.corrected.get(place).extend(d.w);
             }
             self.go_on(0.0);
-            return self.measure(enough);
+            return self.measure(enough, true);
         }
         self.go_on(momentum);
         let (finest, coarse) = self.levels.split_at_mut(1);
         coarse.iter_mut().for_each(|level| level.sample(&finest[0]));
         for index in (1..self.levels.len()).rev() {
-            for _ in 0..if self.levels[index].d.len() <= COARSEST { COARSEST_SWEEPS } else { 1 } {
+            for _ in 0..if self.levels[index].d.len() <= COARSEST { COARSEST_SWEEPS } else { COARSE_SWEEPS } {
                 self.sweep(index);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
             fine[index - 1].follow(&mut coarse[0], pool);
         }
         self.sweep(0);
-        let mut worst = self.measure(enough);
+        let mut worst = self.measure(enough, true);
         for _ in 0..LOCAL_ROUNDS {
             if worst <= enough || !self.tiles.widen() {
                 break;
             }
             (0..LOCAL_SWEEPS).for_each(|_| self.sweep_tiles());
-            worst = self.measure(enough);
+            worst = self.measure(enough, false);
         }
         worst
     }

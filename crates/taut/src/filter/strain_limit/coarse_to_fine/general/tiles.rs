@@ -63,4 +63,9 @@ impl Tiles {
     pub fn is_wide(&self, tile: usize) -> bool {
         self.wide[tile]
     }
+
+    /// Whether sweeping the wide tiles moves particles of a tile's springs.
+    pub fn is_near_wide(&self, tile: usize) -> bool {
+        self.wide[tile] || self.neighbours.of(tile).iter().any(|&other| self.wide[other as usize])
+    }
 }

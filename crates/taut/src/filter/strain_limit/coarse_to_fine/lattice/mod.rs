@@ -23,6 +23,12 @@ const COARSEST_SWEEPS: usize = 3;
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; from this level on they turn little.
 const STEADY: usize = 2;
+/// Coarse levels aim below their limit by a part of a spring's length, up to this [m]: a part of a long spring is a long way, and taking
+/// it back within a step would throw the cloth. What counts is that a level has more room than the finer one, and less than
+/// gravity takes in a step of 1/60 s (2.7 mm). Under limits ..
+const FURTHEST: f32 = 1e-3;
+/// .. tighter than this [1] all springs are taut, and levels get more room, as steps get shorter: with the cube root.
+const ROOMY: f32 = 0.05;
 /// After a cycle, the few places that are still over their limit are swept alone, so many times.
 const LOCAL_SWEEPS: usize = 3;
 
@@ -58,8 +64,9 @@ struct Anchor {
 }
 
 impl LatticeLevels {
-    /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it, but no more than `furthest` [m].
-    pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32, furthest: f32) -> Self {
+    /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it, but no more than [`FURTHEST`].
+    pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32) -> Self {
+        let furthest = FURTHEST / (strain_limit / ROOMY).cbrt().min(1.0);
         let at = |i: usize, j: usize| model.particles.rest.get(lattice.first + j * lattice.columns + i).as_dvec3();
         let mut columns: Vec<f64> = (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect();
         let mut rows: Vec<f64> = (0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect();
