@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::model;
+use common::{Simulation, model};
 use glam::Vec3;
 use serde_json::json;
 use taut::forces::{Forces, damp, external, kick};
@@ -73,4 +73,41 @@ fn a_walk_over_the_rows_gives_the_bits_of_one_part_after_another() {
             assert_eq!((&ends, &state.velocities), (&expected.0, &expected.1), "{cells:?} on {threads} threads");
         }
     }
+}
+
+#[test]
+fn cloth_between_dense_pins_sets_out_as_fast_as_any() {
+    // Coarse particles are all tied to pins: scaled masses would hold the cloth back.
+    let sag = |filter: &str| {
+        let pins: Vec<_> =
+            (0..81).map(|pin| json!({ "nearest": [0.125 * f64::from(pin % 9), 0.125 * f64::from(pin / 9), 0.0] })).collect();
+        let mut run = Simulation::new(&json!({
+            "cloth": [{
+                "grid": { "size": [1.0, 1.0], "cells": [64, 64], "axes": ["x", "y"] },
+                "density": 0.2, "stiffness": 20.0, "strain_limit": 0.1, "pins": pins,
+            }],
+            "fps": 60.0, "solver": { "filter": filter },
+        }));
+        run.steps(3 * u64::from(run.model.timing.substeps));
+        -run.state.positions.z.iter().map(|z| f64::from(*z)).sum::<f64>() / run.model.particle_count() as f64
+    };
+    let (found, expected) = (sag("coarse_to_fine"), sag("none"));
+    assert!((found / expected - 1.0).abs() < 0.15, "{found} m instead of {expected} m");
+}
+
+#[test]
+fn masses_are_scaled_where_that_saves_parts_and_slows_nothing_down() {
+    let parts = |pins: serde_json::Value, cells: u32, bending: f64| {
+        let cloth = json!({
+            "grid": { "size": [1.0, 1.0], "cells": [cells, cells], "axes": ["x", "y"] },
+            "density": 0.2, "stiffness": 20.0, "strain_limit": 0.1, "bending": bending, "pins": pins,
+        });
+        let timing = model(&json!({ "cloth": [cloth], "fps": 60.0 })).timing;
+        timing.scaled.map(|scaled| scaled.parts)
+    };
+    assert_eq!(parts(json!([{ "corner": "bottom-left" }]), 64, 0.0), Some(3));
+    assert_eq!(parts(json!([{ "edge": "left" }]), 64, 0.0), Some(3));
+    assert_eq!(parts(json!([{ "corner": "bottom-left" }]), 4, 0.0), None, "springs are slow enough as they are");
+    // A narrow strip of board along what is held.
+    assert_eq!(parts(json!([{ "box": [[-1, -1, -1], [0.9, 2, 1]] }]), 64, 1e-2), None);
 }

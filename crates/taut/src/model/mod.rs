@@ -33,7 +33,7 @@ pub use air::{Air, Wave};
 pub use bending::{Bend, Bending, Buckling, Curvatures, Share};
 pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
 pub use flow::{Flows, Outflow, Vortex};
-pub use hierarchy::{Hierarchy, Parents};
+pub use hierarchy::{Hierarchy, Parents, coarse_grid, shares};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use numbering::Numbering;
@@ -119,6 +119,8 @@ pub struct LevelRate {
     pub frequency_squared: f64,
     /// g of dampers [1/s].
     pub damping: f64,
+    /// The part of the mass of what is not held that its particles carry, if they are not tied to what is held [1].
+    pub moving: f64,
 }
 
 impl ClothRange {

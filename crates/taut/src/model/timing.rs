@@ -1,7 +1,7 @@
 //! How long a step is, and in how many parts springs and dampers take it.
 
 use super::stability::{self, GROWTH_TIME, Rates, of_euler};
-use super::{ClothRange, LevelRate, ScaledTiming, Timing};
+use super::{ClothRange, LevelRate, ScaledTiming, Timing, shares};
 use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
 
 /// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
@@ -14,6 +14,12 @@ const ROOMY: f64 = 0.05;
 const SCALED_PART: f64 = 1.0 / 180.0;
 /// How much larger the largest eigenvalue of springs with scaled masses may be than that of each level, with its share.
 const OVERLAP: f64 = 1.25;
+
+/// The least part of its acceleration that an even load gives a cloth with scaled masses on the whole [1].
+const SETS_OUT: f64 = 0.9;
+
+/// Masses are not scaled unless that saves so many times the parts.
+const WORTH: f64 = 2.0;
 
 /// What does not scale masses, networks, has a longest step of ..
 const LONGEST_UNSCALED: f64 = 1.0 / 120.0;
@@ -113,8 +119,13 @@ fn is_divided(scene: &Scene) -> bool {
 /// The longest step of "auto" where it is divided further [s].
 fn longest_divided(scene: &Scene, rates: &Rates, cloths: &[ClothRange], bound: f64) -> f64 {
     let limit = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(1.0, f64::min);
-    let longest = if cloths.iter().all(|cloth| !cloth.rates.is_empty()) {
-        LONGEST * (limit / ROOMY).cbrt().min(1.0)
+    let scales = |step: f64| {
+        let (unscaled, _) = spring_steps(step, rates);
+        unscaled <= PARTS || scaled(step, unscaled, cloths).is_some()
+    };
+    let with_scaling = (LONGEST * (limit / ROOMY).cbrt().min(1.0)).min(SAFETY * bound);
+    let longest = if cloths.iter().all(|cloth| !cloth.rates.is_empty()) && scales(with_scaling) {
+        with_scaling
     } else {
         let spring_step = SAFETY * of_euler(rates.frequency_squared, 0.0);
         let parts = PARTS * (limit / TIGHT).max(1.0).powi(2);
@@ -139,25 +150,30 @@ fn longest_whole(scene: &Scene, rates: &Rates, bound: f64) -> f64 {
 /// Parts of the springs, and stages of the dampers.
 fn divide(step: Timing, rates: &Rates, cloths: &[ClothRange]) -> Result<Timing, SceneError> {
     let Timing { substeps, step_length, .. } = step;
-    let (square, damping) = (rates.frequency_squared, rates.damping);
-    let undivided = step_length <= SAFETY * of_euler(square, 0.0);
-    let ahead = if undivided || damping * step_length >= CALM { 0.0 } else { CALM / step_length };
-    let spring_steps = (step_length / (SAFETY * of_euler(square, ahead))).ceil().max(1.0);
+    let (spring_steps, springs_ahead) = spring_steps(step_length, rates);
     if spring_steps * f64::from(substeps) > MOST_STEPS {
         let problem = format!("springs would need {spring_steps} parts of each step; lower stiffness or bending");
         return Err(SceneError::at("solver.substeps", problem));
     }
-    let rate = step_length * damping / SAFETY;
+    let rate = step_length * rates.damping / SAFETY;
     // s stages are stable up to h g = s^2 + s.
     let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
-    let springs_ahead = if ahead > 0.0 { ahead / square } else { 0.0 };
-    let scaled = Some(scaled(step_length, cloths)).filter(|scaled| f64::from(scaled.parts) < spring_steps);
+    let scaled = scaled(step_length, spring_steps, cloths);
     Ok(Timing { spring_steps: spring_steps as u32, springs_ahead, damping_stages, scaled, ..step })
 }
 
-/// Parts of the springs with scaled masses: as few as vibrations that must be seen allow, and those of the coarsest levels, whose
-/// masses are never scaled (docs/equations.md, "Scaled masses").
-fn scaled(step_length: f64, cloths: &[ClothRange]) -> ScaledTiming {
+/// How many parts of a step springs take as they are, and how far ahead they look [s].
+fn spring_steps(step_length: f64, rates: &Rates) -> (f64, f64) {
+    let square = rates.frequency_squared;
+    let undivided = step_length <= SAFETY * of_euler(square, 0.0);
+    let ahead = if undivided || rates.damping * step_length >= CALM { 0.0 } else { CALM / step_length };
+    let parts = (step_length / (SAFETY * of_euler(square, ahead))).ceil().max(1.0);
+    (parts, if ahead > 0.0 { ahead / square } else { 0.0 })
+}
+
+/// Parts of the springs with scaled masses: as few as vibrations that must be seen allow, those of the coarsest levels, whose
+/// masses are never scaled, and what is held; nothing if that is not much fewer than `unscaled` (docs/equations.md, "Scaled masses").
+fn scaled(step_length: f64, unscaled: f64, cloths: &[ClothRange]) -> Option<ScaledTiming> {
     let coarsest = |of: fn(&LevelRate) -> f64| cloths.iter().filter_map(|cloth| cloth.rates.last()).map(of).fold(0.0, f64::max);
     let (slowest, damping) = (coarsest(|rate| rate.frequency_squared), coarsest(|rate| rate.damping));
     let mut parts = (step_length / SCALED_PART * (1.0 - 1e-9)).ceil().max(1.0);
@@ -166,13 +182,25 @@ fn scaled(step_length: f64, cloths: &[ClothRange]) -> ScaledTiming {
         let (a, b, c) = ((2.0 * SAFETY).powi(2), 2.0 * CALM, OVERLAP * slowest * step_length.powi(2));
         parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
     }
+    while WORTH * parts <= unscaled
+        && cloths.iter().any(|cloth| moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < SETS_OUT)
+    {
+        parts = (1.25 * parts).ceil();
+    }
     let frequency_squared = bears(step_length, parts);
-    ScaledTiming {
+    (WORTH * parts <= unscaled).then(|| ScaledTiming {
         parts: parts as u32,
         springs_ahead: calm(parts) / (step_length * frequency_squared),
         frequency_squared: frequency_squared / OVERLAP,
         damping: Some(1.0 / (OVERLAP * step_length)).filter(|bears| damping <= *bears),
-    }
+    })
+}
+
+/// The part of its acceleration that an even load gives a cloth on the whole, if a w^2 of `borne` is borne [1]: levels whose
+/// particles are tied to what is held give nothing there.
+fn moved_by_even_load(cloth: &ClothRange, borne: f64) -> f64 {
+    let shares = shares(borne, cloth.rates.iter().map(|rate| rate.frequency_squared));
+    if shares.is_empty() { 1.0 } else { shares.iter().zip(&cloth.rates).map(|(share, rate)| share * rate.moving).sum() }
 }
 
 /// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = calm / H.
@@ -188,5 +216,5 @@ fn calm(parts: f64) -> f64 {
 
 /// No level that is this slow needs its masses scaled, whatever the step.
 pub(super) fn slow_enough(scene: &Scene) -> LevelRate {
-    LevelRate { frequency_squared: bears(2.0 * SCALED_PART, 2.0) / OVERLAP, damping: scene.fps / OVERLAP }
+    LevelRate { frequency_squared: bears(2.0 * SCALED_PART, 2.0) / OVERLAP, damping: scene.fps / OVERLAP, moving: 1.0 }
 }

@@ -4,6 +4,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::{Levels, Shares};
 use crate::geometry::{Pool, Vectors, VectorsChunk};
+use crate::model::coarse_grid::{carry, coarsened, parents};
 use crate::model::{ClothRange, Lattice, Model};
 
 /// Fine rows that one call works on.
@@ -94,33 +95,6 @@ impl Levels for LatticeLevels {
             });
         }
     }
-}
-
-/// How many coarse columns (or rows) `count` fine ones have.
-fn coarsened(count: usize) -> usize {
-    count.div_ceil(2)
-}
-
-/// The two coarse neighbours of a fine column (or row), each with weight 1/2; the same twice where it is sampled itself, and
-/// beyond the last coarse one: a coarse cell that is narrower than the others would be stiffer than its level bears.
-fn parents(fine: usize, count: usize) -> [usize; 2] {
-    if fine.is_multiple_of(2) || fine + 1 == count { [fine / 2; 2] } else { [fine / 2, fine / 2 + 1] }
-}
-
-/// P^T M one grid up; nothing where that would carry what is held.
-fn carry(masses: &[f64], columns: usize, rows: usize) -> Vec<f64> {
-    let coarse_columns = coarsened(columns);
-    let mut carried = vec![0.0; coarse_columns * coarsened(rows)];
-    let mut held = vec![false; carried.len()];
-    for (index, &mass) in masses.iter().enumerate() {
-        for j in parents(index / columns, rows) {
-            for i in parents(index % columns, columns) {
-                carried[j * coarse_columns + i] += 0.25 * mass;
-                held[j * coarse_columns + i] |= mass == 0.0;
-            }
-        }
-    }
-    carried.iter().zip(held).map(|(&mass, held)| if held { 0.0 } else { mass }).collect()
 }
 
 /// Where P^T takes from: velocities with their masses, or what has masses in it already.

@@ -1,6 +1,7 @@
 //! A mesh or network at several resolutions: levels of particles chosen from its own, joined by springs as long as the cloth
 //! between them (docs/equations.md, "Coarse to fine").
 
+pub mod coarse_grid;
 mod coarsen;
 mod interpolation;
 mod rates;
@@ -10,6 +11,7 @@ use glam::Vec3;
 use super::surface::{Search, Surface};
 use super::{ClothRange, Particles, Springs};
 use coarsen::{Choosing, coarser};
+pub use rates::shares;
 pub(super) use rates::{of_grid, of_hierarchy};
 
 /// A level of so few particles needs no coarser one.

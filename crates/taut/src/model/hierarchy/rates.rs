@@ -5,6 +5,7 @@
 //! masses M that the level carries, no vibration has a larger w^2 than the largest sum of a row of `M^-1 sum k |r| |r|^T`
 //! (Gershgorin).
 
+use super::coarse_grid::{carry, coarsened};
 use super::{Hierarchy, Level};
 use crate::model::{ClothRange, LevelRate, Springs};
 
@@ -19,13 +20,32 @@ struct Row {
     parts: Vec<(u32, f64)>,
 }
 
-/// Rates of a grid whose finest level has `finest`: from one to the next they fall to a quarter.
-pub(in crate::model) fn of_grid(cells: [u32; 2], finest: LevelRate) -> Vec<LevelRate> {
-    let mut rates = vec![finest];
-    let (mut longest, mut rate) = (cells[0].max(cells[1]) + 1, finest);
-    while longest > 2 {
-        longest = longest.div_ceil(2);
-        rate = LevelRate { frequency_squared: rate.frequency_squared / 4.0, damping: rate.damping / 4.0 };
+/// How much of its acceleration each level gives, the finest first, if no more than `borne` of any level's rate is borne: as much
+/// of each as that is, and of the last one what is left.
+#[must_use]
+pub fn shares(borne: f64, rates: impl ExactSizeIterator<Item = f64>) -> Vec<f64> {
+    let (mut shares, mut sum, count) = (Vec::new(), 0.0, rates.len());
+    for (level, rate) in rates.enumerate() {
+        let up_to_here = if level + 1 == count { 1.0 } else { (borne / rate).min(1.0).max(sum) };
+        shares.push(up_to_here - sum);
+        sum = up_to_here;
+        if sum == 1.0 {
+            break;
+        }
+    }
+    shares
+}
+
+/// Rates of a grid with these masses [kg], nothing for what is held, whose finest level has `finest`: from one to the next they
+/// fall to a quarter.
+pub(in crate::model) fn of_grid(cells: [u32; 2], mut masses: Vec<f64>, finest: LevelRate) -> Vec<LevelRate> {
+    let [mut columns, mut rows] = cells.map(|cells| cells as usize + 1);
+    let (mut rates, mut rate, all) = (vec![finest], finest, masses.iter().sum::<f64>());
+    while columns.max(rows) > 2 {
+        masses = carry(&masses, columns, rows);
+        (columns, rows) = (coarsened(columns), coarsened(rows));
+        let moving = masses.iter().sum::<f64>() / all;
+        rate = LevelRate { frequency_squared: rate.frequency_squared / 4.0, damping: rate.damping / 4.0, moving };
         rates.push(rate);
     }
     rates
@@ -42,7 +62,7 @@ pub(in crate::model) fn of_hierarchy(
 ) -> Vec<LevelRate> {
     let mut rows = rows(&hierarchy.levels[0], cloth, springs);
     let mut rates: Vec<LevelRate> = Vec::new();
-    let mut finest = 0.0;
+    let (mut finest, all) = (0.0, hierarchy.levels[0].masses.iter().sum::<f64>());
     for level in &hierarchy.levels {
         if !rates.is_empty() {
             rows.iter_mut().for_each(|row| row.parts = carried(&row.parts, level));
@@ -64,7 +84,8 @@ pub(in crate::model) fn of_hierarchy(
             finest = springs;
         }
         let bends = if finest > 0.0 { bending * (springs / finest).min(1.0) } else { bending };
-        rates.push(LevelRate { frequency_squared: springs + bends, damping: fastest(1) });
+        let moving = level.masses.iter().zip(&level.fixed).filter(|(_, fixed)| !**fixed).map(|(mass, _)| mass).sum::<f64>() / all;
+        rates.push(LevelRate { frequency_squared: springs + bends, damping: fastest(1), moving });
         if springs + bends <= enough.frequency_squared && fastest(1) <= enough.damping {
             break;
         }

@@ -12,6 +12,14 @@ use crate::geometry::Vectors;
 use crate::model::{ClothRange, Model};
 use crate::state::{State, measure};
 
+/// What had to be done to a step.
+pub(super) struct Verdict {
+    /// Whether it was shortened.
+    pub cut: bool,
+    /// Whether pins were, too.
+    pub held_back_pins: bool,
+}
+
 /// What one certificate speaks of: a cloth.
 pub(super) struct Certificate {
     cloth: ClothRange,
@@ -47,19 +55,23 @@ impl Certificate {
         alike.then_some(first)
     }
 
-    /// Measures the ends of the step and goes only as far as all springs allow. Returns whether it had to cut.
-    pub fn enforce(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>) -> bool {
-        // Rounding of the shortened step can ask for another round; the last one stays where Y is.
+    /// Measures the ends of the step and goes only as far as all springs allow.
+    pub fn enforce(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>) -> Verdict {
         const ROUNDS: usize = 4;
         for round in 0..ROUNDS {
             if measure(model, &self.cloth, ends).worst <= 1.0 {
-                return round > 0;
+                return Verdict { cut: round > 0, held_back_pins: round > 0 && frame.is_none() };
             }
-            let last = round + 1 == ROUNDS;
-            let part = if last { 0.0 } else { self.admissible_part(model, &state.positions, ends).min(1.0 - 1e-6) };
-            self.shorten(model, state, ends, frame, part);
+            // Rounding of the shortened step can ask for another round; the last one stays at X, whatever pins are asked for: those
+            // that move alike but for rounding would creep away from each other, step by step.
+            if round + 1 < ROUNDS {
+                let part = self.admissible_part(model, &state.positions, ends).min(1.0 - 1e-6);
+                self.shorten(model, state, ends, frame, part);
+            } else {
+                self.shorten(model, state, ends, None, 0.0);
+            }
         }
-        true
+        Verdict { cut: true, held_back_pins: true }
     }
 
     /// Leaves `part` of the step relative to Y.

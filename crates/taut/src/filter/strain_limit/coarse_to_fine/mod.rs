@@ -130,8 +130,9 @@ impl Unit {
         self.levels.store(&state.positions, ends, corrections);
         let rate = impulse::rate(model, &self.cloth, &state.velocities, corrections, frame);
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
-        limited.cuts = u32::from(self.certificate.enforce(model, state, ends, frame));
-        limited.held_back_pins = if frame.is_none() { limited.cuts } else { 0 };
+        let verdict = self.certificate.enforce(model, state, ends, frame);
+        limited.cuts = u32::from(verdict.cut);
+        limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
     }
 }
