@@ -55,7 +55,7 @@ pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
         filter::hold(model, state, filter); // paths, hands -> v of what is held
         let evaluations = integrate::propose(model, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
         let limited = filter::apply(model, state, ends, filter, pool); // x*, v* -> admissible ones
-        integrate::advance(model, state, ends, pool); // x = x*
+        integrate::advance(model, state, ends, forces, integrator, pool); // x = x*
         StepReport { evaluations, ..health::glance(model, state, limited) }
     })
 }

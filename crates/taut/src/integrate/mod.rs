@@ -10,6 +10,7 @@ mod implicit_euler;
 mod linear_system;
 mod mass_scaling;
 mod midpoint;
+mod momentum;
 mod rk4;
 mod runge_kutta;
 mod verlet;
@@ -25,6 +26,7 @@ use euler::{Euler, Part};
 use implicit_euler::ImplicitEuler;
 use linear_system::LinearSystem;
 use mass_scaling::MassScaling;
+use momentum::Momentum;
 use runge_kutta::RungeKutta;
 use verlet::Verlet;
 
@@ -45,6 +47,7 @@ struct Step<'a> {
 /// The integrator of a model with its workspace.
 pub struct Integrator {
     method: Box<dyn Method>,
+    momentum: Momentum,
 }
 
 impl Integrator {
@@ -52,6 +55,7 @@ impl Integrator {
     #[must_use]
     pub fn new(model: &Model, threads: usize) -> Self {
         Self {
+            momentum: Momentum::new(model),
             method: match model.solver.integrator {
                 IntegratorKind::Euler => Box::new(Euler::new(model, threads)),
                 IntegratorKind::ForwardEuler => Box::new(RungeKutta::new(model, forward_euler::TABLEAU)),
@@ -75,11 +79,13 @@ pub fn propose(
     integrator: &mut Integrator,
     pool: &Pool,
 ) -> u32 {
+    integrator.momentum.note(model, state);
     integrator.method.propose(Step { model, state, ends }, forces, pool)
 }
 
 /// The step has been admitted: its ends are the new positions, and the old ones are its ends.
-pub fn advance(model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) {
+pub fn advance(model: &Model, state: &mut State, ends: &mut Vectors, forces: &Forces, integrator: &Integrator, pool: &Pool) {
+    integrator.momentum.keep(model, state, forces.acceleration());
     std::mem::swap(&mut state.positions, ends);
     state.steps += 1;
     if model.solver.integrator.remembers() {

@@ -68,7 +68,7 @@ fn reordered(order: &[u32], vectors: &Vectors) -> Vectors {
 }
 
 /// Numbers for so many vertices, neighbours close to each other: fronts that spread from one side of a piece to the other
-/// (Cuthill & McKee 1969). A vertex without neighbours comes last.
+/// [CuthillMcKee69]. A vertex without neighbours comes last.
 pub(super) fn near_together(count: usize, edges: impl Iterator<Item = [u32; 2]> + Clone) -> Vec<u32> {
     let neighbours = Adjacency::new(count, edges.flat_map(|[a, b]| [(a, b), (b, a)]));
     let mut search = Search { neighbours: &neighbours, seen: vec![0; count], round: 0, front: Vec::new() };
