@@ -64,8 +64,7 @@ impl Engine {
 
     /// The state in the order of the vertices.
     fn state(&self, py: Python<'_>) -> State {
-        let state = self.with(py, |running| running.state.clone());
-        state.to_vertices(&self.model.numbering)
+        self.with(py, |running| running.state.to_vertices(&self.model.numbering))
     }
 
     fn check_group(&self, group: usize) -> PyResult<()> {

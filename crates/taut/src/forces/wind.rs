@@ -5,10 +5,10 @@
 //! are read. However long the step, the impulse only slows what moves against the air and never turns it round ("Steps that
 //! are too long for the air").
 
-use glam::Vec3;
+use glam::{Vec3, Vec4, Vec4Swizzles};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::geometry::{Pool, Vectors, VectorsChunk, sine_of_turns};
+use crate::geometry::{Pool, Vectors, VectorsChunk, for_each_chunk, sine_of_turns};
 use crate::model::{Air, Flows, Model, Resistance, Wave};
 use crate::scene::{WindLaw, WindModel};
 use crate::state::Moment;
@@ -18,8 +18,9 @@ use crate::state::Moment;
 pub(super) struct Wind {
     /// Velocity of each particle relative to the air around it [m/s].
     relative: Vectors,
-    /// A corner's share of each panel: of its area vector [m^2] in the particle form, of its force [N] in the triangle form.
-    panels: Vectors,
+    /// A corner's share of each panel: of its area vector [m^2] in the particle form, of its force [N] in the triangle form; and how
+    /// long that is.
+    panels: Vec<Vec4>,
     /// Phase of each gust wave at the time of the step [turns].
     phases: Vec<f32>,
     /// What gives way to an impulse on each panel [kg]; infinite where all corners are held.
@@ -33,7 +34,7 @@ impl Wind {
             None => (0, 0, 0),
         };
         let inertia = (0..panels).map(|panel| inertia_of_panel(model, panel)).collect();
-        Self { relative: Vectors::zeros(particles), panels: Vectors::zeros(panels), phases: vec![0.0; waves], inertia }
+        Self { relative: Vectors::zeros(particles), panels: vec![Vec4::ZERO; panels], phases: vec![0.0; waves], inertia }
     }
 
     /// First passes: the relative velocities, then a value for each panel.
@@ -46,8 +47,8 @@ impl Wind {
         let phases = &self.phases;
         self.relative.for_each_chunk(pool, |mut chunk| relative_velocity(&mut chunk, air, phases, moment));
         let (relative, inertia) = (&self.relative, &self.inertia);
-        self.panels.for_each_chunk(pool, |chunk| {
-            chunk.map(|panel, _| share_of_panel(model, moment, relative, panel, inertia[panel]));
+        for_each_chunk(&mut self.panels, pool, |first, shares| {
+            Arch::new().dispatch(OfPanels { model, air, moment, relative, inertia, first, shares });
         });
     }
 
@@ -56,63 +57,62 @@ impl Wind {
     pub(super) fn on_particle(&self, model: &Model, particle: usize) -> Vec3 {
         let Some(air) = &model.air else { return Vec3::ZERO };
         let around = model.panels.around.of(particle);
-        let values = around.iter().map(|&panel| self.panels.get(panel as usize));
+        let sum: Vec4 = around.iter().map(|&panel| self.panels[panel as usize]).sum();
+        let (sum, area) = (sum.xyz(), sum.w);
         if air.model == WindModel::Triangle {
-            return values.sum();
+            return sum;
         }
-        let (sum, area) = values.fold((Vec3::ZERO, 0.0), |(sum, area), value| (sum + value, area + value.length()));
         let length = sum.length();
         if length == 0.0 {
             return Vec3::ZERO;
         }
         let most = model.particles.mass[particle] / model.timing.step_length as f32;
-        force(air, &model.particles.wind[particle], self.relative.get(particle), sum / length, area, most)
+        force(air, air.law, &model.particles.wind[particle], self.relative.get(particle), sum / length, area, most)
     }
 }
 
 /// The wind force [N] on an area [m^2] whose velocity relative to the air is V_rel; `most` is the inertia that it acts on over
 /// the length of the step [kg/s].
-#[inline]
-fn force(air: &Air, resistance: &Resistance, relative: Vec3, normal: Vec3, area: f32, most: f32) -> Vec3 {
-    let across = match air.law {
+#[inline(always)]
+fn force(air: &Air, law: WindLaw, resistance: &Resistance, relative: Vec3, normal: Vec3, area: f32, most: f32) -> Vec3 {
+    let across = match law {
         WindLaw::Pressure => pressure(relative, normal, area, air.density * resistance.drag, most),
         WindLaw::DragLift => drag_and_lift(relative, normal, 0.5 * air.density * area, resistance, most),
     };
-    if resistance.friction == 0.0 {
-        return across;
-    }
     across + friction(relative, normal, 0.5 * air.density * resistance.friction * area, most)
 }
 
 /// `F_W = -1/2 rho C_d A |V_rel| (V_rel . N) N` (paper, section 2.2).
-#[inline]
+#[inline(always)]
 fn pressure(relative: Vec3, normal: Vec3, area: f32, density_drag: f32, most: f32) -> Vec3 {
-    let speed = relative.length();
-    if 0.5 * density_drag * area * speed > most {
-        return normal * (-most * relative.dot(normal));
-    }
-    normal * (-0.5 * density_drag * area * speed * relative.dot(normal))
+    normal * (-least(0.5 * density_drag * area * relative.length(), most) * relative.dot(normal))
 }
 
 /// Keckeisen et al. 2004: drag against V_rel on the area that the flow sees, `-1/2 rho C_d A |V_n| V_rel`, and lift at right
 /// angles to V_rel in its plane with the normal, `-1/2 rho C_l A |V_rel| (V_n - |V_n|^2 / |V_rel|^2 V_rel)`, where
 /// `V_n = (V_rel . N) N`.
-#[inline]
+#[inline(always)]
 fn drag_and_lift(relative: Vec3, normal: Vec3, factor: f32, resistance: &Resistance, most: f32) -> Vec3 {
-    let speed = relative.length();
-    if speed == 0.0 {
-        return Vec3::ZERO;
-    }
-    let factor = factor.min(most / (speed * (resistance.drag + resistance.lift)));
+    let square = relative.length_squared();
+    let speed = square.sqrt();
+    let factor = least(factor, most / (speed * (resistance.drag + resistance.lift)));
     let across = relative.dot(normal);
-    let lift = normal * across - relative * (across * across / (speed * speed));
+    // Where nothing moves against the air, that is 0 / 0 without the floor.
+    let lift =
+        normal * across - relative * (across * across / if square > f32::MIN_POSITIVE { square } else { f32::MIN_POSITIVE });
     relative * (-factor * resistance.drag * across.abs()) - lift * (factor * resistance.lift * speed)
 }
 
 /// Skin friction `-1/2 rho C_f A |V_rel| V_t` along the cloth, `V_t = V_rel - (V_rel . N) N`.
-#[inline]
+#[inline(always)]
 fn friction(relative: Vec3, normal: Vec3, factor: f32, most: f32) -> Vec3 {
-    (relative - normal * relative.dot(normal)) * -(factor * relative.length()).min(most)
+    (relative - normal * relative.dot(normal)) * -least(factor * relative.length(), most)
+}
+
+/// The smaller one; `most` if that cannot be told. One instruction in vector registers, as `f32::min` is not.
+#[inline(always)]
+fn least(value: f32, most: f32) -> f32 {
+    if value < most { value } else { most }
 }
 
 /// `1 / m = sum of (share^2 n / M)` over the corners, n being the number of panels around each.
@@ -190,24 +190,102 @@ fn take(x: &[f32], y: &[f32], z: &[f32], [u, v, w]: [&mut [f32]; 3], velocity: i
     }
 }
 
-/// What each corner gets of a panel: its area vector [m^2] or the force on it [N].
-#[inline]
-fn share_of_panel(model: &Model, moment: Moment<'_>, relative: &Vectors, panel: usize, inertia: f32) -> Vec3 {
-    let Some(air) = &model.air else { return Vec3::ZERO };
-    let corners = model.panels.corners[panel].map(|corner| corner as usize);
-    let share = model.panels.share[panel];
-    let [a, b, c, d] = corners.map(|corner| moment.positions.get(corner));
-    let area_vector = 0.5 * (c - a).cross(d - b);
-    if air.model == WindModel::Particle {
-        return area_vector * share;
+/// So many panels are looked at together.
+const LANES: usize = 16;
+
+/// What each corner gets of some panels: their area vectors [m^2] or the forces on them [N].
+struct OfPanels<'a> {
+    model: &'a Model,
+    air: &'a Air,
+    moment: Moment<'a>,
+    relative: &'a Vectors,
+    inertia: &'a [f32],
+    /// Of the panels from this one on.
+    first: usize,
+    shares: &'a mut [Vec4],
+}
+
+/// Numbers of some panels, gathered from their corners.
+#[derive(Default)]
+struct Lanes {
+    /// From corner to corner across the panel, both ways [m].
+    diagonals: [[[f32; LANES]; 3]; 2],
+    /// V_rel in the middle [m/s].
+    relative: [[f32; LANES]; 3],
+    share: [f32; LANES],
+    /// [kg/s]
+    most: [f32; LANES],
+    resistance: [Resistance; LANES],
+}
+
+impl WithSimd for OfPanels<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { model, air, moment, relative, inertia, first, shares } = self;
+        let per_step = 1.0 / model.timing.step_length as f32;
+        let mut lanes = Lanes::default();
+        for (run, shares) in shares.chunks_mut(LANES).enumerate() {
+            for lane in 0..shares.len() {
+                let panel = first + run * LANES + lane;
+                lanes.gather(lane, model, moment, relative, panel);
+                lanes.most[lane] = inertia[panel] * per_step;
+            }
+            // The laws are told apart out here, so that a loop has one of them.
+            let [x, y, z, size] = match (air.model, air.law) {
+                (WindModel::Particle, _) => lanes.each(|lanes, lane| lanes.area_vector(lane)),
+                (WindModel::Triangle, WindLaw::Pressure) => lanes.each(|lanes, lane| lanes.force(lane, air, WindLaw::Pressure)),
+                (WindModel::Triangle, WindLaw::DragLift) => lanes.each(|lanes, lane| lanes.force(lane, air, WindLaw::DragLift)),
+            };
+            for (lane, share) in shares.iter_mut().enumerate() {
+                *share = Vec4::new(x[lane], y[lane], z[lane], size[lane]);
+            }
+        }
     }
-    let area = area_vector.length();
-    if area == 0.0 {
-        return Vec3::ZERO;
+}
+
+impl Lanes {
+    #[inline(always)]
+    fn gather(&mut self, lane: usize, model: &Model, moment: Moment<'_>, relative: &Vectors, panel: usize) {
+        let corners = model.panels.corners[panel].map(|corner| corner as usize);
+        let share = model.panels.share[panel];
+        let [a, b, c, d] = corners.map(|corner| moment.positions.get(corner));
+        for (diagonal, way) in self.diagonals.iter_mut().zip([c - a, d - b]) {
+            (diagonal[0][lane], diagonal[1][lane], diagonal[2][lane]) = (way.x, way.y, way.z);
+        }
+        let [a, b, c, d] = corners.map(|corner| relative.get(corner));
+        // A triangle has its last corner twice; it counts once.
+        let mean = (a + b + c + if corners[2] == corners[3] { Vec3::ZERO } else { d }) * share;
+        (self.relative[0][lane], self.relative[1][lane], self.relative[2][lane]) = (mean.x, mean.y, mean.z);
+        self.share[lane] = share;
+        self.resistance[lane] = model.particles.wind[corners[0]];
     }
-    let [a, b, c, d] = corners.map(|corner| relative.get(corner));
-    // A triangle has its last corner twice; it counts once.
-    let mean = (a + b + c + if corners[2] == corners[3] { Vec3::ZERO } else { d }) * share;
-    let most = inertia / model.timing.step_length as f32;
-    force(air, &model.particles.wind[corners[0]], mean, area_vector / area, area, most) * share
+
+    /// The shares, coordinate by coordinate, and how long they are.
+    #[inline(always)]
+    fn each(&self, value: impl Fn(&Self, usize) -> Vec3) -> [[f32; LANES]; 4] {
+        let [mut x, mut y, mut z, mut size] = [[0.0; LANES]; 4];
+        for (lane, share) in self.share.iter().enumerate() {
+            let share = value(self, lane) * *share;
+            (x[lane], y[lane], z[lane], size[lane]) = (share.x, share.y, share.z, share.length());
+        }
+        [x, y, z, size]
+    }
+
+    #[inline(always)]
+    fn area_vector(&self, lane: usize) -> Vec3 {
+        let [one, other] = self.diagonals.each_ref().map(|[x, y, z]| Vec3::new(x[lane], y[lane], z[lane]));
+        0.5 * one.cross(other)
+    }
+
+    #[inline(always)]
+    fn force(&self, lane: usize, air: &Air, law: WindLaw) -> Vec3 {
+        let area_vector = self.area_vector(lane);
+        let area = area_vector.length();
+        // A panel without an area has no normal, and no force.
+        let normal = area_vector / if area > f32::MIN_POSITIVE { area } else { f32::MIN_POSITIVE };
+        let relative = Vec3::new(self.relative[0][lane], self.relative[1][lane], self.relative[2][lane]);
+        force(air, law, &self.resistance[lane], relative, normal, area, self.most[lane])
+    }
 }

@@ -11,6 +11,8 @@ use super::Adjacency;
 pub struct Numbering {
     particles: Vec<u32>,
     vertices: Vec<u32>,
+    /// Whether a vertex and its particle have different numbers anywhere.
+    differs: bool,
 }
 
 impl Numbering {
@@ -20,6 +22,7 @@ impl Numbering {
         self.vertices.resize(self.vertices.len() + particles.len(), 0);
         for (vertex, particle) in (first..).zip(particles) {
             self.particles.push(first + particle);
+            self.differs |= vertex != first + particle;
             self.vertices[(first + particle) as usize] = vertex;
         }
     }
@@ -50,21 +53,21 @@ impl Numbering {
     /// Vectors of particles in the order of the vertices; none stay none.
     #[must_use]
     pub fn to_vertices(&self, of_particles: &Vectors) -> Vectors {
-        reordered(&self.particles, of_particles)
+        self.reordered(&self.particles, of_particles)
     }
 
     /// Vectors of vertices in the order of the particles; none stay none.
     #[must_use]
     pub fn to_particles(&self, of_vertices: &Vectors) -> Vectors {
-        reordered(&self.vertices, of_vertices)
+        self.reordered(&self.vertices, of_vertices)
     }
-}
 
-fn reordered(order: &[u32], vectors: &Vectors) -> Vectors {
-    if vectors.is_empty() {
-        return Vectors::default();
+    fn reordered(&self, order: &[u32], vectors: &Vectors) -> Vectors {
+        if vectors.is_empty() || !self.differs {
+            return vectors.clone();
+        }
+        order.iter().map(|&index| vectors.get(index as usize)).collect()
     }
-    order.iter().map(|&index| vectors.get(index as usize)).collect()
 }
 
 /// Numbers for so many vertices, neighbours close to each other: fronts that spread from one side of a piece to the other

@@ -25,6 +25,11 @@ const BACK_OFF: f32 = 0.012;
 const LARGEST_BACK_OFF: f32 = 0.7;
 /// .. and elsewhere, where springs still vibrate within a step: cloth without dampers would gain energy.
 const LARGEST_BACK_OFF_UNSCALED: f32 = 0.5;
+/// Coarse levels are swept twice: they carry the loads, and all of them together have fewer springs than half the finest ..
+const COARSE_SWEEPS: usize = 2;
+/// .. and those with at most so many particles cost nothing.
+const COARSEST: usize = 81;
+const COARSEST_SWEEPS: usize = 3;
 /// Part of the last cycle's way that the next one starts with, at most.
 const MOMENTUM: f32 = 0.85;
 /// A cycle that makes the worst spring this much worse ends the momentum.
@@ -135,6 +140,11 @@ impl Unit {
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
     }
+}
+
+/// How often a coarse level of so many particles is swept.
+fn coarse_sweeps(particles: usize) -> usize {
+    if particles <= COARSEST { COARSEST_SWEEPS } else { COARSE_SWEEPS }
 }
 
 /// Part of the last cycle's way that the next one starts with, so many cycles after the last start without it. The first cycle

@@ -12,18 +12,13 @@ mod tiles;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{Levels, Motion};
+use super::{Levels, Motion, coarse_sweeps};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
 use level::{LANES, Level, Pull};
 use tiles::Tiles;
 
-/// Coarse levels are swept twice: they carry the loads, and all of them together have fewer springs than half the finest ..
-const COARSE_SWEEPS: usize = 2;
-/// .. and those with at most so many particles cost nothing.
-const COARSEST: usize = 81;
-const COARSEST_SWEEPS: usize = 3;
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 4;
 const LOCAL_ROUNDS: usize = 3;
@@ -195,7 +190,7 @@ impl Levels for GeneralLevels {
         let (finest, coarse) = self.levels.split_at_mut(1);
         coarse.iter_mut().for_each(|level| level.sample(&finest[0]));
         for index in (1..self.levels.len()).rev() {
-            for _ in 0..if self.levels[index].d.len() <= COARSEST { COARSEST_SWEEPS } else { COARSE_SWEEPS } {
+            for _ in 0..coarse_sweeps(self.levels[index].d.len()) {
                 self.sweep(index);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);

@@ -8,7 +8,7 @@ mod transfer;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Levels, Motion};
+use super::{Levels, Motion, coarse_sweeps};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Lattice, Model};
 use exchange::{Load, Store};
@@ -17,9 +17,6 @@ use level::Level;
 use tiles::Tiles;
 use transfer::{bands, coarsened, parents, prolong, sample, sampled};
 
-/// Levels with at most this many particles are swept [`COARSEST_SWEEPS`] times: they cost nothing and carry the loads.
-const COARSEST: usize = 81;
-const COARSEST_SWEEPS: usize = 3;
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; from this level on they turn little.
 const STEADY: usize = 2;
@@ -29,8 +26,9 @@ const STEADY: usize = 2;
 const FURTHEST: f32 = 1e-3;
 /// .. tighter than this [1] all springs are taut, and levels get more room, as steps get shorter: with the cube root.
 const ROOMY: f32 = 0.05;
-/// After a cycle, the few places that are still over their limit are swept alone, so many times.
+/// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 3;
+const LOCAL_ROUNDS: usize = 2;
 
 /// A grid's levels, finest first.
 pub(super) struct LatticeLevels {
@@ -161,7 +159,7 @@ impl Levels for LatticeLevels {
             coarse[0].d = d;
         }
         for index in (1..self.levels.len()).rev() {
-            for _ in 0..if self.levels[index].size() <= COARSEST { COARSEST_SWEEPS } else { 1 } {
+            for _ in 0..coarse_sweeps(self.levels[index].size()) {
                 self.sweep(index, pool);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
@@ -169,7 +167,10 @@ impl Levels for LatticeLevels {
         }
         self.sweep(0, pool);
         let mut worst = self.levels[0].measure(enough, &mut self.tiles, true, pool);
-        if worst > enough && self.tiles.are_few() {
+        for _ in 0..LOCAL_ROUNDS {
+            if worst <= enough || !self.tiles.are_few() {
+                break;
+            }
             self.tiles.widen();
             let pull = self.finest_pull();
             for _ in 0..LOCAL_SWEEPS {
