@@ -102,7 +102,7 @@ impl Euler {
             match masses.as_mut().filter(|masses| masses.scale_dampers()) {
                 Some(masses) => {
                     forces::damping_gains(model, cloth, velocities, gains, forces, pool);
-                    masses.add_damping(model, gains, velocities, pool);
+                    masses.add_damping(gains, velocities, pool);
                 }
                 None => forces::damp(model, std::slice::from_ref(cloth), velocities, forces, pool),
             }
@@ -160,7 +160,7 @@ impl Scaled {
         for part in &self.parts {
             let springs_see = look_ahead(seen, ends, cloth, velocities, self.ahead, pool);
             forces::gains(model, cloth, springs_see, &mut self.gains, part.kick, forces, pool);
-            masses.add(model, &self.gains, velocities, pool);
+            masses.add(&self.gains, velocities, pool);
             ends.add_scaled(particles.clone(), velocities, part.after, pool);
         }
     }

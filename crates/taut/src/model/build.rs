@@ -324,7 +324,7 @@ fn hierarchies(
         }
         let finest = LevelRate { frequency_squared: rates.frequency_squared, damping: rates.damping, moving: 1.0 };
         range.rates = match (&cloth.grid, range.hierarchy) {
-            (Some(grid), None) => hierarchy::of_grid(grid.cells, free_masses(particles, range), finest),
+            (Some(grid), None) => hierarchy::of_grid(grid.cells, particles.free_masses(range), finest),
             (_, Some(index)) if cloth.network.is_none() => {
                 hierarchy::of_hierarchy(&hierarchies[index], range, springs, rates.bending, timing::slow_enough(scene))
             }
@@ -332,12 +332,6 @@ fn hierarchies(
         };
     }
     hierarchies
-}
-
-/// Masses of the particles of a cloth [kg]; nothing for what is held.
-fn free_masses(particles: &Particles, cloth: &ClothRange) -> Vec<f64> {
-    let weights = &particles.inverse_mass[cloth.particles()];
-    weights.iter().map(|&weight| if weight > 0.0 { 1.0 / f64::from(weight) } else { 0.0 }).collect()
 }
 
 /// Second derivatives of a cloth that resists bending as a plate, in its size and place at rest.

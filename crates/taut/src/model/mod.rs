@@ -169,6 +169,15 @@ pub struct Panels {
     pub around: Adjacency<u32>,
 }
 
+impl Particles {
+    /// Masses of the particles of a cloth [kg]; nothing for what is held.
+    #[must_use]
+    pub fn free_masses(&self, cloth: &ClothRange) -> Vec<f64> {
+        let weights = &self.inverse_mass[cloth.particles()];
+        weights.iter().map(|&weight| if weight > 0.0 { 1.0 / f64::from(weight) } else { 0.0 }).collect()
+    }
+}
+
 /// A spring as one of its ends sees it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Link {

@@ -4,7 +4,7 @@ use glam::{Vec3, Vec3A};
 
 use super::{Levels, Shares};
 use crate::geometry::{Pool, Vectors, for_each_chunk};
-use crate::model::{Adjacency, ClothRange, Hierarchy, Model, Parents};
+use crate::model::{Adjacency, ClothRange, Hierarchy, Parents};
 
 /// The levels of a cloth above the cloth itself.
 pub(super) struct GeneralLevels {
@@ -52,7 +52,7 @@ impl GeneralLevels {
 }
 
 impl Levels for GeneralLevels {
-    fn add(&mut self, _: &Model, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
+    fn add(&mut self, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
         let Self { cloth, coarse } = self;
         let first = cloth.first;
         let coarse = &mut coarse[..shares.len() - 1];

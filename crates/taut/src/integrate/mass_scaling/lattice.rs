@@ -35,8 +35,7 @@ struct Grid {
 impl LatticeLevels {
     /// So many grids for a lattice.
     pub fn new(model: &Model, cloth: &ClothRange, lattice: &Lattice, levels: usize) -> Self {
-        let weights = &model.particles.inverse_mass[cloth.particles()];
-        let masses: Vec<f64> = weights.iter().map(|&w| if w > 0.0 { 1.0 / f64::from(w) } else { 0.0 }).collect();
+        let masses = model.particles.free_masses(cloth);
         let mut coarse: Vec<Grid> = Vec::new();
         let (mut columns, mut rows, mut carried) = (lattice.columns, lattice.rows, masses.clone());
         while coarse.len() + 1 < levels && columns.max(rows) > 2 {
@@ -57,7 +56,7 @@ impl LatticeLevels {
 }
 
 impl Levels for LatticeLevels {
-    fn add(&mut self, _: &Model, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
+    fn add(&mut self, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
         let Self { first, masses, columns, rows, coarse, scratch } = self;
         let particles = *first..*first + *columns * *rows;
         let levels = shares.len() - 1;

@@ -30,7 +30,7 @@ pub(super) struct MassScaling {
 /// Levels that can add `S M gains`.
 trait Levels: Send {
     /// `velocities += S M gains` with these shares; gains of what is held are zero.
-    fn add(&mut self, model: &Model, shares: &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool);
+    fn add(&mut self, shares: &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool);
 }
 
 /// How much of its acceleration each level gives, the finest first: a_l.
@@ -59,8 +59,8 @@ impl MassScaling {
     }
 
     /// `velocities += S M gains` of springs; gains of what is held are zero.
-    pub fn add(&mut self, model: &Model, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
-        self.levels.add(model, &self.springs, gains, velocities, pool);
+    pub fn add(&mut self, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
+        self.levels.add(&self.springs, gains, velocities, pool);
     }
 
     /// Whether dampers have shares, too.
@@ -69,9 +69,9 @@ impl MassScaling {
     }
 
     /// The same of dampers.
-    pub fn add_damping(&mut self, model: &Model, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
+    pub fn add_damping(&mut self, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
         if let Some(shares) = &self.dampers {
-            self.levels.add(model, shares, gains, velocities, pool);
+            self.levels.add(shares, gains, velocities, pool);
         }
     }
 }
@@ -154,9 +154,9 @@ mod tests {
         terms.map(|((a, b), mass)| f64::from(*mass) * a.as_dvec3().dot(b.as_dvec3())).sum()
     }
 
-    fn apply(model: &Model, scaling: &mut MassScaling, field: &Vectors) -> Vectors {
+    fn apply(scaling: &mut MassScaling, field: &Vectors) -> Vectors {
         let mut result = Vectors::zeros(field.len());
-        scaling.add(model, field, &mut result, &Pool::new(1));
+        scaling.add(field, &mut result, &Pool::new(1));
         result
     }
 
@@ -187,14 +187,14 @@ mod tests {
     fn a_field_without_differences_passes_and_momentum_is_kept() {
         for (sheet, model, mut scaling) in sheets(&json!([])) {
             let even = (0..model.particle_count()).map(|_| Vec3::new(1.0, -2.0, 0.5)).collect();
-            for value in apply(&model, &mut scaling, &even).iter() {
+            for value in apply(&mut scaling, &even).iter() {
                 assert!(value.abs_diff_eq(Vec3::new(1.0, -2.0, 0.5), 1e-5), "{sheet}: {value}");
             }
             let momentum = |field: &Vectors| {
                 field.iter().zip(&model.particles.mass).map(|(v, mass)| v.as_dvec3() * f64::from(*mass)).sum::<DVec3>()
             };
             let field = velocities(&model, 0.3);
-            let off = momentum(&apply(&model, &mut scaling, &field)) - momentum(&field);
+            let off = momentum(&apply(&mut scaling, &field)) - momentum(&field);
             assert!(off.length() < 1e-6, "{sheet}: {off}");
         }
     }
@@ -204,7 +204,7 @@ mod tests {
         let pins = json!([{ "nearest": [0.0, 0.8, 0.0] }, { "nearest": [0.4, 0.3, 0.0] }]);
         for (sheet, model, mut scaling) in sheets(&pins) {
             let (a, b) = (velocities(&model, 0.1), velocities(&model, 0.7));
-            let (of_a, of_b) = (apply(&model, &mut scaling, &a), apply(&model, &mut scaling, &b));
+            let (of_a, of_b) = (apply(&mut scaling, &a), apply(&mut scaling, &b));
             let (one, other) = (product(&model, &of_a, &b), product(&model, &a, &of_b));
             let size = product(&model, &a, &a);
             assert!((one - other).abs() < 1e-6 * size, "{sheet}: {one} {other}");
@@ -242,7 +242,7 @@ mod tests {
                     let (mut moved, mut gained) = (model.particles.rest.clone(), Vectors::zeros(all.len()));
                     moved.add_scaled(all.clone(), &mode, small as f32, &pool);
                     gains(&model, &model.cloths[0], &moved, &mut gained, 1.0, &mut forces, &pool);
-                    mode = apply(&model, &mut scaling, &gained);
+                    mode = apply(&mut scaling, &gained);
                     square = product(&model, &mode, &mode).sqrt() / 1e-4;
                 }
                 let part = model.timing.step_length / f64::from(timing.parts);
