@@ -53,13 +53,13 @@ fn benches(criterion: &mut Criterion) {
         bench.iter(|| propose(&model, black_box(&mut state), &mut ends, &mut forces, &mut integrator, &pool));
     });
     let (model, state) = flag("none", Value::Null);
-    group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), Limited::default())));
+    group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), Limited::default(), &pool)));
     for filter in ["none", "sequential", "sweeps", "coarse_to_fine"] {
         let (model, start) = flag(filter, gusty.clone());
         let (mut state, mut work) = (start.clone(), Work::new(&model, 1));
         group.bench_function(format!("step, filter {filter}"), |bench| {
             bench.iter(|| {
-                state.copy_from(&start);
+                state.clone_from(&start);
                 step(&model, &mut state, &mut work)
             });
         });

@@ -48,8 +48,9 @@ pub struct NonFinite {
 /// # Errors
 /// If a particle becomes non-finite; `state` is then as it was before the call. `before` is workspace for that copy.
 pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut Work, count: u64) -> Result<Summary, NonFinite> {
-    before.copy_from(state);
-    let result = work.pool().install(|| {
+    let pool = work.pool();
+    let result = pool.install(|| {
+        before.copy_from(state, &pool);
         let mut summary = Summary::default();
         for left in (0..count).rev() {
             let report = step(model, state, work);
@@ -71,7 +72,7 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
         Ok(summary)
     });
     if result.is_err() {
-        state.copy_from(before);
+        state.copy_from(before, &pool);
     }
     result
 }

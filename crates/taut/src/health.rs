@@ -45,12 +45,12 @@ pub struct StateReport {
 
 /// The glance after every step: no square roots, no energies, vector registers where the cloth is a grid.
 #[must_use]
-pub fn glance(model: &Model, state: &State, limited: Limited) -> StepReport {
+pub fn glance(model: &Model, state: &State, limited: Limited, pool: &Pool) -> StepReport {
     let mut report = StepReport { limited, finite: all_finite(&state.positions), ..StepReport::default() };
     let mut worst = None;
     for (index, cloth) in model.cloths.iter().enumerate().filter(|(_, cloth)| !cloth.springs.is_empty()) {
         let limit = 1.0 + f64::from(model.springs.strain_limit[cloth.springs.start]);
-        let stretch = f64::from(measure(model, cloth, &state.positions).worst) * limit - 1.0;
+        let stretch = f64::from(measure(model, cloth, &state.positions, pool).worst) * limit - 1.0;
         if worst.is_none_or(|worst| stretch > worst) {
             worst = Some(stretch);
             (report.worst_stretch, report.worst_cloth) = (stretch, index);

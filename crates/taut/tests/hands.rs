@@ -110,7 +110,7 @@ fn a_state_from_elsewhere_is_brought_within_the_limit_and_goes_on() {
     bare.work.hands().lead(HELD, Vec3::new(1.5, 0.8, 0.3), 2.0);
     bare.steps(1200);
     let mut run = held_sheet("coarse_to_fine", 0.0);
-    run.state.copy_from(&bare.state);
+    run.state.clone_from(&bare.state);
     assert!(worst(&run.model, &run.state) > 1.5, "the bare sheet is stretched: {}", worst(&run.model, &run.state));
     admit(&run.model, &mut run.state, &mut run.work);
     assert!(worst(&run.model, &run.state) <= 1.0);

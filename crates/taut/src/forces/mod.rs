@@ -11,8 +11,9 @@ mod stiffness;
 mod wind;
 
 use glam::Vec3;
+use pulp::Arch;
 
-use crate::geometry::{CHUNK, Pool, Vectors};
+use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk};
 use crate::model::{ClothRange, Model};
 use crate::state::{Moment, State};
 use internal::{Damper, Impulse, Workspace, curved_force};
@@ -65,18 +66,35 @@ pub fn external(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) 
 
 fn external_at(model: &Model, moment: Moment<'_>, forces: &mut Forces, pool: &Pool) {
     forces.wind.prepare(model, moment, pool);
-    let (wind, particles, step) = (&forces.wind, &model.particles, model.timing.step_length as f32);
-    forces.acceleration.for_each_chunk(pool, |chunk| {
-        chunk.map(|particle, _| {
-            let weight = particles.inverse_mass[particle];
-            if weight == 0.0 {
-                return Vec3::ZERO;
-            }
-            model.gravity
-                + air_drag::acceleration(particles.air_drag[particle], moment.velocities.get(particle), step)
-                + wind.on_particle(model, particle) * weight
-        });
+    let wind = &forces.wind;
+    forces.acceleration.for_each_chunk(pool, |mut chunk| {
+        gravity_and_drag(model, moment.velocities, &mut chunk);
+        wind.accelerate(model, &mut chunk);
     });
+}
+
+/// What would act in air at rest: (F_G + F_A) / M.
+fn gravity_and_drag(model: &Model, velocities: &Vectors, chunk: &mut VectorsChunk<'_>) {
+    let run = chunk.first..chunk.first + chunk.x.len();
+    let (drag, weights) = (&model.particles.air_drag[run.clone()], &model.particles.inverse_mass[run.clone()]);
+    let (step, gravity) = (model.timing.step_length as f32, model.gravity);
+    let columns = [
+        (&mut *chunk.x, &velocities.x, gravity.x),
+        (&mut *chunk.y, &velocities.y, gravity.y),
+        (&mut *chunk.z, &velocities.z, gravity.z),
+    ];
+    for (acceleration, velocities, gravity) in columns {
+        let velocities = &velocities[run.clone()];
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (acceleration, ((v, k), w)) in acceleration.iter_mut().zip(velocities.iter().zip(drag).zip(weights)) {
+                    let free = gravity + air_drag::acceleration(*k, *v, step);
+                    *acceleration = if *w > 0.0 { free } else { 0.0 };
+                }
+            },
+        );
+    }
 }
 
 /// All forces at one moment: (F_INT + F_EXT) / M.

@@ -5,11 +5,13 @@
 //! are read. However long the step, the impulse only slows what moves against the air and never turns it round ("Steps that
 //! are too long for the air").
 
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use std::ops::Range;
+
+use glam::{Vec3, Vec4};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::geometry::{Pool, Vectors, VectorsChunk, for_each_chunk, sine_of_turns};
-use crate::model::{Air, Flows, Model, Resistance, Wave};
+use crate::model::{Air, Flows, Model, Panels, Resistance, Wave};
 use crate::scene::{WindLaw, WindModel};
 use crate::state::Moment;
 
@@ -25,6 +27,10 @@ pub(super) struct Wind {
     phases: Vec<f32>,
     /// What gives way to an impulse on each panel [kg]; infinite where all corners are held.
     inertia: Vec<f32>,
+    /// Which lines of [`LANES`] panels have corners that stand side by side, as in a row of a grid ..
+    panels_in_row: Vec<bool>,
+    /// .. and which lines of particles have four panels each that do.
+    particles_in_row: Vec<bool>,
 }
 
 impl Wind {
@@ -33,8 +39,15 @@ impl Wind {
             Some(air) => (model.particle_count(), model.panels.corners.len(), air.waves.len()),
             None => (0, 0, 0),
         };
-        let inertia = (0..panels).map(|panel| inertia_of_panel(model, panel)).collect();
-        Self { relative: Vectors::zeros(particles), panels: vec![Vec4::ZERO; panels], phases: vec![0.0; waves], inertia }
+        let Panels { corners, around, .. } = &model.panels;
+        Self {
+            relative: Vectors::zeros(particles),
+            panels: vec![Vec4::ZERO; panels],
+            phases: vec![0.0; waves],
+            inertia: (0..panels).map(|panel| inertia_of_panel(model, panel)).collect(),
+            panels_in_row: lines_in_row(panels, |panel| Some(corners[panel])),
+            particles_in_row: lines_in_row(particles, |particle| around.of(particle).try_into().ok()),
+        }
     }
 
     /// First passes: the relative velocities, then a value for each panel.
@@ -46,29 +59,71 @@ impl Wind {
         }
         let phases = &self.phases;
         self.relative.for_each_chunk(pool, |mut chunk| relative_velocity(&mut chunk, air, phases, moment));
-        let (relative, inertia) = (&self.relative, &self.inertia);
-        for_each_chunk(&mut self.panels, pool, |first, shares| {
-            Arch::new().dispatch(OfPanels { model, air, moment, relative, inertia, first, shares });
+        let mut panels = std::mem::take(&mut self.panels);
+        for_each_chunk(&mut panels, pool, |first, shares| {
+            Arch::new().dispatch(OfPanels { model, air, positions: moment.positions, wind: self, first, shares });
         });
+        self.panels = panels;
     }
 
-    /// Second pass: the wind force on a particle [N].
-    #[inline]
-    pub(super) fn on_particle(&self, model: &Model, particle: usize) -> Vec3 {
-        let Some(air) = &model.air else { return Vec3::ZERO };
-        let around = model.panels.around.of(particle);
-        let sum: Vec4 = around.iter().map(|&panel| self.panels[panel as usize]).sum();
-        let (sum, area) = (sum.xyz(), sum.w);
-        if air.model == WindModel::Triangle {
-            return sum;
+    /// Second pass: adds what the wind does to some particles, F_W / M [m/s^2].
+    pub(super) fn accelerate(&self, model: &Model, chunk: &mut VectorsChunk<'_>) {
+        if let Some(air) = &model.air {
+            Arch::new().dispatch(OnParticles { model, air, wind: self, chunk });
         }
-        let length = sum.length();
-        if length == 0.0 {
-            return Vec3::ZERO;
-        }
-        let most = model.particles.mass[particle] / model.timing.step_length as f32;
-        force(air, air.law, &model.particles.wind[particle], self.relative.get(particle), sum / length, area, most)
     }
+
+    /// A field at the corners of some panels, a line of them at most: coordinate by coordinate, corner by corner.
+    #[inline(always)]
+    fn corners(&self, model: &Model, panels: Range<usize>, field: &Vectors) -> [[Lanes; 4]; 3] {
+        let corners = &model.panels.corners[panels.clone()];
+        let in_row = self.panels_in_row.get(panels.start / LANES) == Some(&true);
+        let mut found = [[[0.0; LANES]; 4]; 3];
+        for (found, column) in found.iter_mut().zip([&field.x, &field.y, &field.z]) {
+            if in_row {
+                for (lanes, corner) in found.iter_mut().zip(corners[0]) {
+                    lanes.copy_from_slice(&column[corner as usize..][..LANES]);
+                }
+            } else {
+                for (lane, corners) in corners.iter().enumerate() {
+                    for (lanes, corner) in found.iter_mut().zip(corners) {
+                        lanes[lane] = column[*corner as usize];
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    /// Sums over the panels around some particles, a line of them at most, coordinate by coordinate.
+    #[inline(always)]
+    fn around(&self, model: &Model, particles: Range<usize>) -> [Lanes; 4] {
+        let around = &model.panels.around;
+        let in_row = particles.start.is_multiple_of(LANES) && self.particles_in_row.get(particles.start / LANES) == Some(&true);
+        let mut sums = [Vec4::ZERO; LANES];
+        if in_row {
+            for &panel in around.of(particles.start) {
+                for (sum, share) in sums.iter_mut().zip(&self.panels[panel as usize..][..LANES]) {
+                    *sum += *share;
+                }
+            }
+        } else {
+            for (sum, particle) in sums.iter_mut().zip(particles) {
+                *sum = around.of(particle).iter().map(|&panel| self.panels[panel as usize]).sum();
+            }
+        }
+        let mut columns = [[0.0; LANES]; 4];
+        for (lane, sum) in sums.iter().enumerate() {
+            (columns[0][lane], columns[1][lane], columns[2][lane], columns[3][lane]) = (sum.x, sum.y, sum.z, sum.w);
+        }
+        columns
+    }
+}
+
+/// Which lines of [`LANES`] items have four numbers each of which grows by one from item to item.
+fn lines_in_row(items: usize, numbers: impl Fn(usize) -> Option<[u32; 4]>) -> Vec<bool> {
+    let follows = |item: usize| matches!((numbers(item - 1), numbers(item)), (Some(one), Some(next)) if one.map(|one| one + 1) == next);
+    (0..items / LANES).map(|line| (line * LANES + 1..(line + 1) * LANES).all(follows)).collect()
 }
 
 /// The wind force [N] on an area [m^2] whose velocity relative to the air is V_rel; `most` is the inertia that it acts on over
@@ -190,32 +245,62 @@ fn take(x: &[f32], y: &[f32], z: &[f32], [u, v, w]: [&mut [f32]; 3], velocity: i
     }
 }
 
-/// So many panels are looked at together.
+/// So many panels, or particles, are looked at together.
 const LANES: usize = 16;
+
+/// A number of each of them.
+type Lanes = [f32; LANES];
+
+/// What some panels, or particles, put in the way of the wind.
+#[derive(Default)]
+struct Obstacles {
+    /// Area vectors [m^2] ..
+    vectors: [Lanes; 3],
+    /// .. and areas [m^2]: of a panel the length of its vector, of a particle the sum of those around it.
+    areas: Lanes,
+    /// V_rel [m/s].
+    relative: [Lanes; 3],
+    resistance: [Resistance; LANES],
+    /// [kg/s]
+    most: Lanes,
+}
+
+impl Obstacles {
+    /// The wind forces [N].
+    #[inline(always)]
+    fn forces(&self, air: &Air) -> [Lanes; 3] {
+        // The laws are told apart out here, so that a loop has one of them.
+        match air.law {
+            WindLaw::Pressure => self.forces_by(air, WindLaw::Pressure),
+            WindLaw::DragLift => self.forces_by(air, WindLaw::DragLift),
+        }
+    }
+
+    #[inline(always)]
+    fn forces_by(&self, air: &Air, law: WindLaw) -> [Lanes; 3] {
+        let mut forces = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            let vector = Vec3::new(self.vectors[0][lane], self.vectors[1][lane], self.vectors[2][lane]);
+            let length = vector.length();
+            // Without an area, or where those of all panels around cancel, there is no normal, and no force.
+            let normal = vector / if length > f32::MIN_POSITIVE { length } else { f32::MIN_POSITIVE };
+            let relative = Vec3::new(self.relative[0][lane], self.relative[1][lane], self.relative[2][lane]);
+            let force = force(air, law, &self.resistance[lane], relative, normal, self.areas[lane], self.most[lane]);
+            (forces[0][lane], forces[1][lane], forces[2][lane]) = (force.x, force.y, force.z);
+        }
+        forces
+    }
+}
 
 /// What each corner gets of some panels: their area vectors [m^2] or the forces on them [N].
 struct OfPanels<'a> {
     model: &'a Model,
     air: &'a Air,
-    moment: Moment<'a>,
-    relative: &'a Vectors,
-    inertia: &'a [f32],
+    positions: &'a Vectors,
+    wind: &'a Wind,
     /// Of the panels from this one on.
     first: usize,
     shares: &'a mut [Vec4],
-}
-
-/// Numbers of some panels, gathered from their corners.
-#[derive(Default)]
-struct Lanes {
-    /// From corner to corner across the panel, both ways [m].
-    diagonals: [[[f32; LANES]; 3]; 2],
-    /// V_rel in the middle [m/s].
-    relative: [[f32; LANES]; 3],
-    share: [f32; LANES],
-    /// [kg/s]
-    most: [f32; LANES],
-    resistance: [Resistance; LANES],
 }
 
 impl WithSimd for OfPanels<'_> {
@@ -223,69 +308,99 @@ impl WithSimd for OfPanels<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { model, air, moment, relative, inertia, first, shares } = self;
+        let Self { model, air, positions, wind, first, shares } = self;
         let per_step = 1.0 / model.timing.step_length as f32;
-        let mut lanes = Lanes::default();
-        for (run, shares) in shares.chunks_mut(LANES).enumerate() {
-            for lane in 0..shares.len() {
-                let panel = first + run * LANES + lane;
-                lanes.gather(lane, model, moment, relative, panel);
-                lanes.most[lane] = inertia[panel] * per_step;
+        let mut obstacles = Obstacles::default();
+        let mut share_of = [0.0; LANES];
+        for (line, shares) in shares.chunks_mut(LANES).enumerate() {
+            let first = first + line * LANES;
+            let panels = first..first + shares.len();
+            share_of[..panels.len()].copy_from_slice(&model.panels.share[panels.clone()]);
+            let Obstacles { vectors, areas, .. } = &mut obstacles;
+            set_area_vectors(vectors, &wind.corners(model, panels.clone(), positions));
+            for (lane, area) in areas.iter_mut().enumerate() {
+                *area = Vec3::new(vectors[0][lane], vectors[1][lane], vectors[2][lane]).length();
             }
-            // The laws are told apart out here, so that a loop has one of them.
-            let [x, y, z, size] = match (air.model, air.law) {
-                (WindModel::Particle, _) => lanes.each(|lanes, lane| lanes.area_vector(lane)),
-                (WindModel::Triangle, WindLaw::Pressure) => lanes.each(|lanes, lane| lanes.force(lane, air, WindLaw::Pressure)),
-                (WindModel::Triangle, WindLaw::DragLift) => lanes.each(|lanes, lane| lanes.force(lane, air, WindLaw::DragLift)),
+            let [x, y, z] = match air.model {
+                WindModel::Particle => obstacles.vectors,
+                WindModel::Triangle => {
+                    let corners = wind.corners(model, panels.clone(), &wind.relative);
+                    for (middle, [a, b, c, d]) in obstacles.relative.iter_mut().zip(&corners) {
+                        for lane in 0..LANES {
+                            // A triangle has its last corner twice; it counts once.
+                            let last = if share_of[lane] > 0.25 { 0.0 } else { d[lane] };
+                            middle[lane] = (a[lane] + b[lane] + c[lane] + last) * share_of[lane];
+                        }
+                    }
+                    for (lane, panel) in panels.enumerate() {
+                        obstacles.most[lane] = wind.inertia[panel] * per_step;
+                        obstacles.resistance[lane] = model.particles.wind[model.panels.corners[panel][0] as usize];
+                    }
+                    obstacles.forces(air)
+                }
             };
             for (lane, share) in shares.iter_mut().enumerate() {
-                *share = Vec4::new(x[lane], y[lane], z[lane], size[lane]);
+                *share = Vec4::new(x[lane], y[lane], z[lane], obstacles.areas[lane]) * share_of[lane];
             }
         }
     }
 }
 
-impl Lanes {
+/// Half the cross products of the diagonals.
+#[inline(always)]
+fn set_area_vectors(vectors: &mut [Lanes; 3], [x, y, z]: &[[Lanes; 4]; 3]) {
+    for lane in 0..LANES {
+        let diagonal = |from: usize| {
+            let to = from + 2;
+            Vec3::new(x[to][lane] - x[from][lane], y[to][lane] - y[from][lane], z[to][lane] - z[from][lane])
+        };
+        let vector = 0.5 * diagonal(0).cross(diagonal(1));
+        (vectors[0][lane], vectors[1][lane], vectors[2][lane]) = (vector.x, vector.y, vector.z);
+    }
+}
+
+/// What the wind does to some particles.
+struct OnParticles<'a, 'b> {
+    model: &'a Model,
+    air: &'a Air,
+    wind: &'a Wind,
+    chunk: &'a mut VectorsChunk<'b>,
+}
+
+impl WithSimd for OnParticles<'_, '_> {
+    type Output = ();
+
     #[inline(always)]
-    fn gather(&mut self, lane: usize, model: &Model, moment: Moment<'_>, relative: &Vectors, panel: usize) {
-        let corners = model.panels.corners[panel].map(|corner| corner as usize);
-        let share = model.panels.share[panel];
-        let [a, b, c, d] = corners.map(|corner| moment.positions.get(corner));
-        for (diagonal, way) in self.diagonals.iter_mut().zip([c - a, d - b]) {
-            (diagonal[0][lane], diagonal[1][lane], diagonal[2][lane]) = (way.x, way.y, way.z);
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { model, air, wind, chunk: VectorsChunk { first, x, y, z } } = self;
+        let per_step = 1.0 / model.timing.step_length as f32;
+        let mut obstacles = Obstacles::default();
+        let lines = x.chunks_mut(LANES).zip(y.chunks_mut(LANES)).zip(z.chunks_mut(LANES));
+        for (line, ((x, y), z)) in lines.enumerate() {
+            let first = *first + line * LANES;
+            let particles = first..first + x.len();
+            let [u, v, w, areas] = wind.around(model, particles.clone());
+            let forces = match air.model {
+                WindModel::Triangle => [u, v, w],
+                WindModel::Particle => {
+                    (obstacles.vectors, obstacles.areas) = ([u, v, w], areas);
+                    let relative = [&wind.relative.x, &wind.relative.y, &wind.relative.z];
+                    for (lanes, column) in obstacles.relative.iter_mut().zip(relative) {
+                        lanes[..x.len()].copy_from_slice(&column[particles.clone()]);
+                    }
+                    obstacles.resistance[..x.len()].copy_from_slice(&model.particles.wind[particles.clone()]);
+                    for (most, mass) in obstacles.most.iter_mut().zip(&model.particles.mass[particles.clone()]) {
+                        *most = mass * per_step;
+                    }
+                    obstacles.forces(air)
+                }
+            };
+            let weights = &model.particles.inverse_mass[particles];
+            for (column, forces) in [x, y, z].into_iter().zip(&forces) {
+                for ((value, force), weight) in column.iter_mut().zip(forces).zip(weights) {
+                    *value += force * weight;
+                }
+            }
         }
-        let [a, b, c, d] = corners.map(|corner| relative.get(corner));
-        // A triangle has its last corner twice; it counts once.
-        let mean = (a + b + c + if corners[2] == corners[3] { Vec3::ZERO } else { d }) * share;
-        (self.relative[0][lane], self.relative[1][lane], self.relative[2][lane]) = (mean.x, mean.y, mean.z);
-        self.share[lane] = share;
-        self.resistance[lane] = model.particles.wind[corners[0]];
-    }
-
-    /// The shares, coordinate by coordinate, and how long they are.
-    #[inline(always)]
-    fn each(&self, value: impl Fn(&Self, usize) -> Vec3) -> [[f32; LANES]; 4] {
-        let [mut x, mut y, mut z, mut size] = [[0.0; LANES]; 4];
-        for (lane, share) in self.share.iter().enumerate() {
-            let share = value(self, lane) * *share;
-            (x[lane], y[lane], z[lane], size[lane]) = (share.x, share.y, share.z, share.length());
-        }
-        [x, y, z, size]
-    }
-
-    #[inline(always)]
-    fn area_vector(&self, lane: usize) -> Vec3 {
-        let [one, other] = self.diagonals.each_ref().map(|[x, y, z]| Vec3::new(x[lane], y[lane], z[lane]));
-        0.5 * one.cross(other)
-    }
-
-    #[inline(always)]
-    fn force(&self, lane: usize, air: &Air, law: WindLaw) -> Vec3 {
-        let area_vector = self.area_vector(lane);
-        let area = area_vector.length();
-        // A panel without an area has no normal, and no force.
-        let normal = area_vector / if area > f32::MIN_POSITIVE { area } else { f32::MIN_POSITIVE };
-        let relative = Vec3::new(self.relative[0][lane], self.relative[1][lane], self.relative[2][lane]);
-        force(air, law, &self.resistance[lane], relative, normal, area, self.most[lane])
     }
 }

@@ -7,7 +7,7 @@ mod rsqrt;
 mod sine;
 mod vectors;
 
-pub use parallel::{CHUNK, Pool, for_each_chunk, sum_over_chunks};
+pub use parallel::{CHUNK, Pool, for_each_chunk, sum_of_chunks, sum_over_chunks};
 pub use registers::lanes;
 pub use rows::{Block, LINE, Rows, SharedRows, copy_column, fill_column, register, registers, set_registers};
 pub use rsqrt::{reciprocal_sqrt, reciprocal_sqrts};

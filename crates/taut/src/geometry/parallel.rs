@@ -4,6 +4,8 @@
 //! output or its own partial result, and partial results are combined in chunk order. Hence the same bits for any
 //! number of threads.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -66,6 +68,23 @@ pub fn for_each_chunk<T: Send>(items: &mut [T], pool: &Pool, work: impl Fn(usize
     } else {
         items.chunks_mut(CHUNK).enumerate().for_each(each);
     }
+}
+
+/// Adds up what `work` returns for every chunk of `len` elements, in the order of the chunks. `parts` has a place for each chunk.
+pub fn sum_of_chunks<const N: usize>(
+    len: usize,
+    parts: &mut [[f64; N]],
+    pool: &Pool,
+    work: impl Fn(Range<usize>) -> [f64; N] + Sync,
+) -> [f64; N] {
+    let parts = &mut parts[..len.div_ceil(CHUNK)];
+    let each = |(chunk, part): (usize, &mut [f64; N])| *part = work(chunk * CHUNK..len.min((chunk + 1) * CHUNK));
+    if pool.pays_for(len) {
+        parts.par_iter_mut().enumerate().for_each(each);
+    } else {
+        parts.iter_mut().enumerate().for_each(each);
+    }
+    parts.iter().fold([0.0; N], |sums, part| std::array::from_fn(|index| sums[index] + part[index]))
 }
 
 /// As [`for_each_chunk`]; adds up what `work` returns in the order of the chunks. `parts` has a place for each chunk.

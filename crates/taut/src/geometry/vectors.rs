@@ -67,6 +67,16 @@ impl Vectors {
         self.z.clone_from(&other.z);
     }
 
+    /// As [`Self::copy_from`] between equal lengths, on the pool's threads where that pays.
+    pub fn copy_on(&mut self, other: &Self, pool: &Pool) {
+        self.for_each_chunk(pool, |chunk| {
+            let run = chunk.first..chunk.first + chunk.x.len();
+            for (column, other) in [(chunk.x, &other.x), (chunk.y, &other.y), (chunk.z, &other.z)] {
+                column.copy_from_slice(&other[run.clone()]);
+            }
+        });
+    }
+
     /// The vectors in order.
     pub fn iter(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.x.iter().zip(&self.y).zip(&self.z).map(|((&x, &y), &z)| Vec3::new(x, y, z))
@@ -113,6 +123,33 @@ impl Vectors {
         } else {
             let parts = x.chunks_mut(length).zip(y.chunks_mut(length)).zip(z.chunks_mut(length));
             parts.zip(workspaces).enumerate().for_each(each);
+        }
+    }
+
+    /// As [`Self::for_each_part`], for the same range of two.
+    pub fn for_each_part_of_two(
+        &mut self,
+        other: &mut Self,
+        range: Range<usize>,
+        length: usize,
+        pool: &Pool,
+        work: impl Fn(VectorsChunk<'_>, VectorsChunk<'_>) + Sync,
+    ) {
+        let first = range.start;
+        let [x, y, z] = [&mut self.x, &mut self.y, &mut self.z].map(|column| &mut column[range.clone()]);
+        let [u, v, w] = [&mut other.x, &mut other.y, &mut other.z].map(|column| &mut column[range.clone()]);
+        let each = |(index, (((((x, y), z), u), v), w))| {
+            let first = first + index * length;
+            work(VectorsChunk { first, x, y, z }, VectorsChunk { first, x: u, y: v, z: w });
+        };
+        if pool.pays_for(range.len()) {
+            let parts = x.par_chunks_mut(length).zip(y.par_chunks_mut(length)).zip(z.par_chunks_mut(length));
+            let others = (u.par_chunks_mut(length), v.par_chunks_mut(length), w.par_chunks_mut(length));
+            parts.zip(others.0).zip(others.1).zip(others.2).enumerate().for_each(each);
+        } else {
+            let parts = x.chunks_mut(length).zip(y.chunks_mut(length)).zip(z.chunks_mut(length));
+            let others = (u.chunks_mut(length), v.chunks_mut(length), w.chunks_mut(length));
+            parts.zip(others.0).zip(others.1).zip(others.2).enumerate().for_each(each);
         }
     }
 

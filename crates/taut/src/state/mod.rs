@@ -9,7 +9,7 @@ use xxhash_rust::xxh3::Xxh3;
 pub use snapshot::SnapshotError;
 pub use stretch::{Stretch, longest_of, measure, measure_squares, worst_spring};
 
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors};
 use crate::model::{Model, Numbering};
 
 /// Positions, velocities and time.
@@ -85,12 +85,12 @@ impl State {
         Moment { positions: &self.positions, velocities: &self.velocities, time: self.time(model) }
     }
 
-    /// Makes this a copy of `other`, without allocating when the sizes agree.
-    pub fn copy_from(&mut self, other: &Self) {
-        self.positions.copy_from(&other.positions);
-        self.velocities.copy_from(&other.velocities);
-        self.past.displacements.copy_from(&other.past.displacements);
-        self.past.gains.copy_from(&other.past.gains);
+    /// Makes this a copy of `other`, a state of the same model.
+    pub fn copy_from(&mut self, other: &Self, pool: &Pool) {
+        self.positions.copy_on(&other.positions, pool);
+        self.velocities.copy_on(&other.velocities, pool);
+        self.past.displacements.copy_on(&other.past.displacements, pool);
+        self.past.gains.copy_on(&other.past.gains, pool);
         self.steps = other.steps;
     }
 

@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
 
-use crate::geometry::{CHUNK, Vectors};
+use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::{ClothRange, Lattice, Model};
 
 /// What the type 1 springs of a cloth say.
@@ -16,17 +17,43 @@ pub struct Stretch {
     pub worst: f32,
 }
 
+/// Rows of a grid that are measured together.
+const BAND: usize = 32;
+
 /// Measures all type 1 springs of a cloth at some positions.
 #[must_use]
-pub fn measure(model: &Model, cloth: &ClothRange, positions: &Vectors) -> Stretch {
+pub fn measure(model: &Model, cloth: &ClothRange, positions: &Vectors, pool: &Pool) -> Stretch {
     let (over, square) = match cloth.lattice {
-        Some(lattice) => Arch::new().dispatch(OfLattice { lattice: &model.lattices[lattice], positions }),
-        None => cloth.springs.clone().fold((0, 0.0_f32), |(over, worst), spring| {
-            let ratio = ratio_squared(model, positions, spring);
-            (over + u32::from(ratio > 1.0), if ratio > worst || ratio.is_nan() { ratio } else { worst })
+        Some(lattice) => {
+            let lattice = &model.lattices[lattice];
+            worst_of(lattice.rows, BAND, pool.pays_for(cloth.count), |rows| {
+                Arch::new().dispatch(OfRows { lattice, rows, positions })
+            })
+        }
+        None => worst_of(cloth.springs.len(), CHUNK, pool.pays_for(cloth.springs.len()), |run| {
+            let springs = cloth.springs.start + run.start..cloth.springs.start + run.end;
+            springs.map(|spring| ratio_squared(model, positions, spring)).fold((0, 0.0), |found, ratio| {
+                worse(found, (u32::from(ratio > 1.0), ratio))
+            })
         }),
     };
     Stretch { over, worst: square.sqrt() }
+}
+
+/// Calls `part` with every `length` of `count` items; sums what is over and finds the worst, in any order.
+fn worst_of(count: usize, length: usize, in_parallel: bool, part: impl Fn(Range<usize>) -> (u32, f32) + Sync) -> (u32, f32) {
+    let each = |index: usize| part(index * length..count.min((index + 1) * length));
+    let parts = count.div_ceil(length);
+    if in_parallel {
+        (0..parts).into_par_iter().map(each).reduce(|| (0, 0.0), worse)
+    } else {
+        (0..parts).map(each).fold((0, 0.0), worse)
+    }
+}
+
+/// The larger ratio, and that is whatever is not a number; the sum of what is over.
+fn worse((over, worst): (u32, f32), (more, ratio): (u32, f32)) -> (u32, f32) {
+    (over + more, if ratio > worst || ratio.is_nan() { ratio } else { worst })
 }
 
 /// The spring of a cloth with the largest |X_uv| / L.
@@ -96,23 +123,24 @@ fn ratio_squared(model: &Model, positions: &Vectors, spring: usize) -> f32 {
     (positions.get(v) - positions.get(u)).length_squared() / (limit * limit)
 }
 
-struct OfLattice<'a> {
+struct OfRows<'a> {
     lattice: &'a Lattice,
+    rows: Range<usize>,
     positions: &'a Vectors,
 }
 
-impl WithSimd for OfLattice<'_> {
+impl WithSimd for OfRows<'_> {
     /// Springs over their limit and the largest (|X_uv| / R)^2.
     type Output = (u32, f32);
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (u32, f32) {
-        let Lattice { first, columns, rows, limits, .. } = *self.lattice;
+        let Lattice { first, columns, rows: all, limits, .. } = *self.lattice;
         let mut tally = Tally { over: simd.splat_f32s(0.0), worst: simd.splat_f32s(0.0), tail_over: 0, tail_worst: 0.0 };
-        for row in 0..rows {
+        for row in self.rows {
             let left = first + row * columns;
             tally.run(simd, self.positions, [left, left + 1], columns - 1, limits[0]);
-            if row + 1 < rows {
+            if row + 1 < all {
                 tally.run(simd, self.positions, [left, left + columns], columns, limits[1]);
                 tally.run(simd, self.positions, [left, left + columns + 1], columns - 1, limits[2]);
                 tally.run(simd, self.positions, [left + 1, left + columns], columns - 1, limits[3]);

@@ -8,7 +8,7 @@
 use glam::Vec3;
 
 use super::Motion;
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::state::{State, measure};
 
@@ -56,10 +56,10 @@ impl Certificate {
     }
 
     /// Measures the ends of the step and goes only as far as all springs allow.
-    pub fn enforce(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>) -> Verdict {
+    pub fn enforce(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>, pool: &Pool) -> Verdict {
         const ROUNDS: usize = 4;
         for round in 0..ROUNDS {
-            if measure(model, &self.cloth, ends).worst <= 1.0 {
+            if measure(model, &self.cloth, ends, pool).worst <= 1.0 {
                 return Verdict { cut: round > 0, held_back_pins: round > 0 && frame.is_none() };
             }
             // Rounding of the shortened step can ask for another round; the last one stays at X, whatever pins are asked for: those

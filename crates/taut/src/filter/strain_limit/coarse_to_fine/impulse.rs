@@ -8,35 +8,43 @@
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors, sum_of_chunks};
 use crate::model::{ClothRange, Model};
 
 /// The factor [1/s] of corrections [m] in what velocities take of them: c / h, c being the place of the smallest
 /// sum of M |V + c C / h - F / h|^2 in [0, 1]. `frame` is F, the displacement [m] of what is held; if held particles move
 /// differently, there is no frame in which pulling them along costs nothing, and c is 1. It is 1 as well where a step is not
-/// divided: there V is D / h, and stays so.
-pub(super) fn rate(model: &Model, cloth: &ClothRange, velocities: &Vectors, corrections: &Vectors, frame: Option<Vec3>) -> f32 {
+/// divided: there V is D / h, and stays so. `parts` is workspace, a place for every chunk of particles.
+pub(super) fn rate(
+    model: &Model,
+    cloth: &ClothRange,
+    velocities: &Vectors,
+    corrections: &Vectors,
+    frame: Option<Vec3>,
+    parts: &mut [[f64; 2]],
+    pool: &Pool,
+) -> f32 {
     let step = model.timing.step_length as f32;
     let frame = match frame {
         Some(frame) if model.parts(cloth) > 1 => frame / step,
         _ => return 1.0 / step,
     };
-    let run = cloth.particles();
-    let masses = &model.particles.mass[run.clone()];
     let columns = [
         (&velocities.x, &corrections.x, frame.x),
         (&velocities.y, &corrections.y, frame.y),
         (&velocities.z, &corrections.z, frame.z),
     ];
-    let (mut against, mut square) = (0.0, 0.0);
-    for (velocities, corrections, frame) in columns {
-        let (velocities, corrections) = (&velocities[run.clone()], &corrections[run.clone()]);
-        let products = Arch::new().dispatch(Products { velocities, corrections, masses, frame });
-        against -= products[0];
-        square += products[1];
-    }
+    let [along, square] = sum_of_chunks(cloth.count, parts, pool, |run| {
+        let run = cloth.first + run.start..cloth.first + run.end;
+        let masses = &model.particles.mass[run.clone()];
+        let products = columns.map(|(velocities, corrections, frame)| {
+            let (velocities, corrections) = (&velocities[run.clone()], &corrections[run.clone()]);
+            Arch::new().dispatch(Products { velocities, corrections, masses, frame })
+        });
+        [0, 1].map(|which| products.iter().map(|sums| sums[which]).sum())
+    });
     let step = f64::from(step);
-    if square > 0.0 { (against / square).clamp(0.0, 1.0 / step) as f32 } else { 0.0 }
+    if square > 0.0 { (-along / square).clamp(0.0, 1.0 / step) as f32 } else { 0.0 }
 }
 
 /// So many sums go on side by side, whatever the length of the vector registers, so that bits do not depend on it ..

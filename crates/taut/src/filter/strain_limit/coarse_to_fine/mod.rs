@@ -13,7 +13,7 @@ mod motion;
 
 use super::StrainLimit;
 use crate::filter::Limited;
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::state::{State, measure};
 use certificate::Certificate;
@@ -38,7 +38,7 @@ const RESTART: f32 = 1.1;
 /// Levels of one cloth.
 trait Levels: Send {
     /// Takes a proposed step: where it begins and where it ends [m].
-    fn load(&mut self, positions: &Vectors, ends: &Vectors);
+    fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool);
     /// One pass over all levels, from the coarsest to the finest, after going on with `momentum`. Returns the largest
     /// |P_uv| / R then; less than `enough` is not worth further work.
     fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> f32;
@@ -47,7 +47,7 @@ trait Levels: Send {
     /// The displacements of all particles.
     fn motion(&mut self) -> Motion<'_>;
     /// Gives the corrected ends back, and what was added to them [m].
-    fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors);
+    fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool);
 }
 
 /// One cloth: its levels and its certificate.
@@ -57,6 +57,9 @@ struct Unit {
     levels: Box<dyn Levels>,
     /// Part of R below which the levels are done: the ends of the step will be rounded once more.
     enough: f32,
+    /// Workspace: what chunks of particles add to sums.
+    energies: Vec<[f64; 1]>,
+    products: Vec<[f64; 2]>,
 }
 
 /// All cloths.
@@ -93,24 +96,31 @@ impl Unit {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
         let largest = if cloth.rates.is_empty() { LARGEST_BACK_OFF_UNSCALED } else { LARGEST_BACK_OFF };
         let delta = BACK_OFF.min(largest * strain) / (1.0 + strain);
-        let levels: Box<dyn Levels> = match cloth.lattice {
+        let mut levels: Box<dyn Levels> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
             None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
         let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * delta);
-        Some(Self { cloth: cloth.clone(), certificate: Certificate::new(model, cloth), levels, enough })
+        Some(Self {
+            cloth: cloth.clone(),
+            certificate: Certificate::new(model, cloth),
+            enough,
+            energies: vec![[0.0]; levels.motion().weights.len().div_ceil(CHUNK)],
+            products: vec![[0.0; 2]; cloth.count.div_ceil(CHUNK)],
+            levels,
+        })
     }
 
     fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool) -> Limited {
-        let proposed = measure(model, &self.cloth, ends);
+        let proposed = measure(model, &self.cloth, ends, pool);
         let mut limited = Limited { springs: proposed.over, ..Limited::default() };
         let mut worst = proposed.worst;
         if worst <= 1.0 || worst.is_nan() {
             return limited;
         }
-        self.levels.load(&state.positions, ends);
+        self.levels.load(&state.positions, ends, pool);
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
-        let energy = frame.map(|frame| self.levels.motion().energy(frame));
+        let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
         let mut since_restart = 0_u8;
         while worst > self.enough && limited.sweeps < model.solver.iterations() {
             let now = self.levels.cycle(momentum(since_restart), self.enough, pool);
@@ -127,15 +137,15 @@ impl Unit {
         }
         if let (Some(frame), Some(before)) = (frame, energy) {
             // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is.
-            let after = self.levels.motion().energy(frame);
+            let after = self.levels.motion().energy(frame, &mut self.energies, pool);
             if after > before {
                 self.levels.motion().slow_down(frame, (before / after).sqrt() as f32);
             }
         }
-        self.levels.store(&state.positions, ends, corrections);
-        let rate = impulse::rate(model, &self.cloth, &state.velocities, corrections, frame);
+        self.levels.store(&state.positions, ends, corrections, pool);
+        let rate = impulse::rate(model, &self.cloth, &state.velocities, corrections, frame, &mut self.products, pool);
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
-        let verdict = self.certificate.enforce(model, state, ends, frame);
+        let verdict = self.certificate.enforce(model, state, ends, frame, pool);
         limited.cuts = u32::from(verdict.cut);
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited

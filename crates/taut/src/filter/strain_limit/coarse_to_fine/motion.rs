@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors, sum_of_chunks};
 
 /// Displacements and inverse masses; what has no inverse mass is held, or is no particle at all.
 pub(super) struct Motion<'a> {
@@ -20,9 +20,15 @@ const BLOCK: usize = 256;
 
 impl Motion<'_> {
     /// Sum of M |D - frame|^2 [kg m^2]: twice the kinetic energy in a moving frame, times the square of the step.
-    pub fn energy(&self, frame: Vec3) -> f64 {
+    /// `parts` is workspace, a place for every chunk of particles.
+    pub fn energy(&self, frame: Vec3, parts: &mut [[f64; 1]], pool: &Pool) -> f64 {
         let columns = [(&self.d.x, frame.x), (&self.d.y, frame.y), (&self.d.z, frame.z)];
-        columns.map(|(d, frame)| Arch::new().dispatch(Energy { d, weights: self.weights, frame })).iter().sum()
+        let [sum] = sum_of_chunks(self.weights.len(), parts, pool, |run| {
+            let weights = &self.weights[run.clone()];
+            let energies = columns.map(|(d, frame)| Arch::new().dispatch(Energy { d: &d[run.clone()], weights, frame }));
+            [energies.iter().sum()]
+        });
+        sum
     }
 
     /// The displacement of the centre of mass [m].

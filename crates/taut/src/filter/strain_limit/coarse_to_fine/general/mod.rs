@@ -151,7 +151,7 @@ impl GeneralLevels {
 }
 
 impl Levels for GeneralLevels {
-    fn load(&mut self, positions: &Vectors, ends: &Vectors) {
+    fn load(&mut self, positions: &Vectors, ends: &Vectors, _: &Pool) {
         for (place, &particle) in self.particles.iter().enumerate() {
             let start = positions.get(particle as usize);
             let d = ends.get(particle as usize) - start;
@@ -223,7 +223,7 @@ impl Levels for GeneralLevels {
         Motion { d: &mut self.corrected, weights: &self.weights }
     }
 
-    fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors) {
+    fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors, _: &Pool) {
         for (place, &particle) in self.particles.iter().enumerate() {
             let particle = particle as usize;
             let (start, after) = (positions.get(particle), self.corrected.get(place));

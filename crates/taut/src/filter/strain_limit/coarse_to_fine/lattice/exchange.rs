@@ -1,17 +1,34 @@
 //! Between the state, whose rows have their columns in order, and the finest level, which keeps even and odd ones apart.
 
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::level::Level;
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors};
 
-/// Takes positions and displacements.
-pub(super) struct Load<'a> {
-    pub level: &'a mut Level,
-    /// First particle of the cloth.
-    pub first: usize,
-    pub positions: &'a Vectors,
-    pub ends: &'a Vectors,
+/// Rows that are exchanged together.
+const BAND: usize = 32;
+
+/// Takes positions and displacements; `first` is the first particle of the cloth.
+pub(super) fn load(level: &mut Level, first: usize, positions: &Vectors, ends: &Vectors, pool: &Pool) {
+    let [columns, row_length] = [level.columns, level.row_length()];
+    let all = 0..level.rows * row_length;
+    level.x.for_each_part_of_two(&mut level.d, all, BAND * row_length, pool, |x, d| {
+        let first = first + x.first / row_length * columns;
+        let fields = [(&positions.x, &ends.x, x.x, d.x), (&positions.y, &ends.y, x.y, d.y), (&positions.z, &ends.z, x.z, d.z)];
+        for (from, to, x, d) in fields {
+            Arch::new().dispatch(Load { columns, row_length, from: &from[first..], to: &to[first..], x, d });
+        }
+    });
+}
+
+/// Some rows of a coordinate.
+struct Load<'a> {
+    columns: usize,
+    row_length: usize,
+    from: &'a [f32],
+    to: &'a [f32],
+    x: &'a mut [f32],
+    d: &'a mut [f32],
 }
 
 impl WithSimd for Load<'_> {
@@ -19,43 +36,50 @@ impl WithSimd for Load<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { level, first, positions, ends } = self;
-        for row in 0..level.rows {
-            let columns = first + row * level.columns..first + (row + 1) * level.columns;
-            let [even, odd] = [level.place(0, row), level.place(1, row)];
-            let fields = [
-                (&positions.x, &ends.x, &mut level.x.x, &mut level.d.x),
-                (&positions.y, &ends.y, &mut level.x.y, &mut level.d.y),
-                (&positions.z, &ends.z, &mut level.x.z, &mut level.d.z),
-            ];
-            for (from, to, x, d) in fields {
-                let ((from, from_rest), (to, to_rest)) =
-                    (from[columns.clone()].as_chunks::<2>(), to[columns.clone()].as_chunks::<2>());
-                let pairs = from.len();
-                let (x_even, x_odd) = x[even..odd + pairs].split_at_mut(odd - even);
-                let (d_even, d_odd) = d[even..odd + pairs].split_at_mut(odd - even);
-                for ((from, to), (x, d)) in from.iter().zip(to).zip(x_even.iter_mut().zip(d_even.iter_mut())) {
-                    (*x, *d) = (from[0], to[0] - from[0]);
-                }
-                for ((from, to), (x, d)) in from.iter().zip(to).zip(x_odd.iter_mut().zip(d_odd.iter_mut())) {
-                    (*x, *d) = (from[1], to[1] - from[1]);
-                }
-                if let ([from], [to]) = (from_rest, to_rest) {
-                    (x_even[pairs], d_even[pairs]) = (*from, to - from);
-                }
+        let Self { columns, row_length, from, to, x, d } = self;
+        let state = from.chunks_exact(columns).zip(to.chunks_exact(columns));
+        for ((from, to), (x, d)) in state.zip(x.chunks_mut(row_length).zip(d.chunks_mut(row_length))) {
+            let ((from, from_rest), (to, to_rest)) = (from.as_chunks::<2>(), to.as_chunks::<2>());
+            let pairs = from.len();
+            let (x_even, x_odd) = x.split_at_mut(row_length / 2);
+            let (d_even, d_odd) = d.split_at_mut(row_length / 2);
+            for ((from, to), (x, d)) in from.iter().zip(to).zip(x_even.iter_mut().zip(d_even.iter_mut())) {
+                (*x, *d) = (from[0], to[0] - from[0]);
+            }
+            for ((from, to), (x, d)) in from.iter().zip(to).zip(x_odd.iter_mut().zip(d_odd.iter_mut())) {
+                (*x, *d) = (from[1], to[1] - from[1]);
+            }
+            if let ([from], [to]) = (from_rest, to_rest) {
+                (x_even[pairs], d_even[pairs]) = (*from, to - from);
             }
         }
     }
 }
 
-/// Gives the corrected displacements back.
-pub(super) struct Store<'a> {
-    pub level: &'a Level,
-    /// First particle of the cloth.
-    pub first: usize,
-    pub ends: &'a mut Vectors,
-    /// What is added to the ends [m].
-    pub corrections: &'a mut Vectors,
+/// Gives the corrected ends back, and what was added to them [m].
+pub(super) fn store(level: &Level, first: usize, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool) {
+    let [columns, row_length] = [level.columns, level.row_length()];
+    ends.for_each_part_of_two(corrections, first..first + level.size(), BAND * columns, pool, |ends, corrections| {
+        let begin = (ends.first - first) / columns * row_length;
+        let fields = [
+            (&level.x.x, &level.d.x, ends.x, corrections.x),
+            (&level.x.y, &level.d.y, ends.y, corrections.y),
+            (&level.x.z, &level.d.z, ends.z, corrections.z),
+        ];
+        for (x, d, ends, corrections) in fields {
+            Arch::new().dispatch(Store { columns, row_length, x: &x[begin..], d: &d[begin..], ends, corrections });
+        }
+    });
+}
+
+/// Some rows of a coordinate.
+struct Store<'a> {
+    columns: usize,
+    row_length: usize,
+    x: &'a [f32],
+    d: &'a [f32],
+    ends: &'a mut [f32],
+    corrections: &'a mut [f32],
 }
 
 impl WithSimd for Store<'_> {
@@ -63,35 +87,28 @@ impl WithSimd for Store<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { level, first, ends, corrections } = self;
+        let Self { columns, row_length, x, d, ends, corrections } = self;
         // What was not corrected keeps its end to the last bit.
         let correct = |x: f32, d: f32, end: &mut f32, correction: &mut f32| {
             let before = *end - x;
             *correction = d - before;
             *end = if d == before { *end } else { x + d };
         };
-        for row in 0..level.rows {
-            let columns = first + row * level.columns..first + (row + 1) * level.columns;
-            let [even, odd] = [level.place(0, row), level.place(1, row)];
-            let fields = [
-                (&level.x.x, &level.d.x, &mut ends.x, &mut corrections.x),
-                (&level.x.y, &level.d.y, &mut ends.y, &mut corrections.y),
-                (&level.x.z, &level.d.z, &mut ends.z, &mut corrections.z),
-            ];
-            for (x, d, ends, corrections) in fields {
-                let (ends, ends_rest) = ends[columns.clone()].as_chunks_mut::<2>();
-                let (corrections, corrections_rest) = corrections[columns.clone()].as_chunks_mut::<2>();
-                let pairs = ends.len();
-                let evens = x[even..even + pairs].iter().zip(&d[even..even + pairs]);
-                let odds = x[odd..odd + pairs].iter().zip(&d[odd..odd + pairs]);
-                for ((end, correction), (even, odd)) in ends.iter_mut().zip(corrections).zip(evens.zip(odds)) {
-                    let ([end_even, end_odd], [correction_even, correction_odd]) = (end, correction);
-                    correct(*even.0, *even.1, end_even, correction_even);
-                    correct(*odd.0, *odd.1, end_odd, correction_odd);
-                }
-                if let ([end], [correction]) = (ends_rest, corrections_rest) {
-                    correct(x[even + pairs], d[even + pairs], end, correction);
-                }
+        let level = x.chunks_exact(row_length).zip(d.chunks_exact(row_length));
+        for ((x, d), (ends, corrections)) in level.zip(ends.chunks_mut(columns).zip(corrections.chunks_mut(columns))) {
+            let (ends, ends_rest) = ends.as_chunks_mut::<2>();
+            let (corrections, corrections_rest) = corrections.as_chunks_mut::<2>();
+            let pairs = ends.len();
+            let ((x_even, x_odd), (d_even, d_odd)) = (x.split_at(row_length / 2), d.split_at(row_length / 2));
+            let evens = x_even[..pairs].iter().zip(&d_even[..pairs]);
+            let odds = x_odd[..pairs].iter().zip(&d_odd[..pairs]);
+            for ((end, correction), (even, odd)) in ends.iter_mut().zip(corrections).zip(evens.zip(odds)) {
+                let ([end_even, end_odd], [correction_even, correction_odd]) = (end, correction);
+                correct(*even.0, *even.1, end_even, correction_even);
+                correct(*odd.0, *odd.1, end_odd, correction_odd);
+            }
+            if let ([end], [correction]) = (ends_rest, corrections_rest) {
+                correct(x_even[pairs], d_even[pairs], end, correction);
             }
         }
     }

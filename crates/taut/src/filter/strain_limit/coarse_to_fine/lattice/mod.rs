@@ -9,13 +9,13 @@ mod transfer;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{Levels, Motion, coarse_sweeps};
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{Pool, Vectors, VectorsChunk};
 use crate::model::{Lattice, Model};
-use exchange::{Load, Store};
+use exchange::{load, store};
 use kernels::Pull;
 use level::Level;
 use tiles::Tiles;
-use transfer::{bands, coarsened, parents, prolong, sample, sampled};
+use transfer::{bands, coarsened, parents, prolong, sample_displacements, sample_start, sampled};
 
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; from this level on they turn little.
@@ -137,15 +137,13 @@ impl LatticeLevels {
 }
 
 impl Levels for LatticeLevels {
-    fn load(&mut self, positions: &Vectors, ends: &Vectors) {
-        Arch::new().dispatch(Load { level: &mut self.levels[0], first: self.first, positions, ends });
+    fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool) {
+        load(&mut self.levels[0], self.first, positions, ends, pool);
+        self.proposed.copy_on(&self.levels[0].d, pool);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
-            let mut x = std::mem::take(&mut coarse[0].x);
-            sample(&fine[index - 1], &coarse[0], &fine[index - 1].x, &mut x);
-            coarse[0].x = x;
+            sample_start(&fine[index - 1], &mut coarse[0], pool);
         }
-        self.proposed.copy_from(&self.levels[0].d);
         self.backwards = false;
     }
 
@@ -153,10 +151,7 @@ impl Levels for LatticeLevels {
         extrapolate(&mut self.levels[0].d, &mut self.previous, momentum, pool);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
-            let mut d = std::mem::take(&mut coarse[0].d);
-            sample(&fine[index - 1], &coarse[0], &fine[index - 1].d, &mut d);
-            self.before[index].copy_from(&d);
-            coarse[0].d = d;
+            sample_displacements(&fine[index - 1], &mut coarse[0], &mut self.before[index], pool);
         }
         for index in (1..self.levels.len()).rev() {
             for _ in 0..coarse_sweeps(self.levels[index].size()) {
@@ -185,10 +180,12 @@ impl Levels for LatticeLevels {
     fn release(&mut self, pool: &Pool) {
         let finest = &mut self.levels[0];
         finest.measure_room(1.0 - 0.75 * self.deltas[0], &mut self.room, pool);
-        let columns =
-            [(&mut finest.d.x, &self.proposed.x), (&mut finest.d.y, &self.proposed.y), (&mut finest.d.z, &self.proposed.z)];
-        let [(x, to_x), (y, to_y), (z, to_z)] = columns;
-        Arch::new().dispatch(Release { d: [x, y, z], proposed: [to_x, to_y, to_z], room: &self.room });
+        let (proposed, room) = (&self.proposed, &self.room);
+        finest.d.for_each_chunk(pool, |VectorsChunk { first, x, y, z }| {
+            let run = first..first + x.len();
+            let proposed = [&proposed.x, &proposed.y, &proposed.z].map(|column| &column[run.clone()]);
+            Arch::new().dispatch(Release { d: [x, y, z], proposed, room: &room[run.clone()] });
+        });
     }
 
     fn motion(&mut self) -> Motion<'_> {
@@ -196,15 +193,15 @@ impl Levels for LatticeLevels {
         Motion { d, weights: w }
     }
 
-    fn store(&self, _: &Vectors, ends: &mut Vectors, corrections: &mut Vectors) {
-        Arch::new().dispatch(Store { level: &self.levels[0], first: self.first, ends, corrections });
+    fn store(&self, _: &Vectors, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool) {
+        store(&self.levels[0], self.first, ends, corrections, pool);
     }
 }
 
 /// d += momentum (d - previous), and the old d becomes the previous one.
 fn extrapolate(d: &mut Vectors, previous: &mut Vectors, momentum: f32, pool: &Pool) {
     if momentum == 0.0 {
-        previous.copy_from(d);
+        previous.copy_on(d, pool);
         return;
     }
     previous.for_each_chunk(pool, |chunk| {

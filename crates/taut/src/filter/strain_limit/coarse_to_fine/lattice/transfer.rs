@@ -24,16 +24,38 @@ pub(super) fn parents(fine: usize, count: usize) -> [usize; 2] {
     if fine.is_multiple_of(2) || fine == count - 1 { [fine.div_ceil(2); 2] } else { [fine / 2, fine / 2 + 1] }
 }
 
-/// Copies the sampled values of a field from a fine level to a coarse one.
-pub(super) fn sample(fine: &Level, coarse: &Level, from: &Vectors, to: &mut Vectors) {
-    for (from, to) in [(&from.x, &mut to.x), (&from.y, &mut to.y), (&from.z, &mut to.z)] {
-        Arch::new().dispatch(Sample { fine, coarse, from, to });
-    }
+/// Copies the sampled positions of a fine level to a coarse one.
+pub(super) fn sample_start(fine: &Level, coarse: &mut Level, pool: &Pool) {
+    let [columns, row_length] = [coarse.columns, coarse.row_length()];
+    coarse.x.for_each_part(0..coarse.rows * row_length, BAND * row_length, pool, |x| {
+        for (from, to) in [(&fine.x.x, x.x), (&fine.x.y, x.y), (&fine.x.z, x.z)] {
+            Arch::new().dispatch(Sample { fine, columns, row_length, first: x.first / row_length, from, to });
+        }
+    });
 }
 
+/// Copies the sampled displacements of a fine level to a coarse one, and to `before`.
+pub(super) fn sample_displacements(fine: &Level, coarse: &mut Level, before: &mut Vectors, pool: &Pool) {
+    let [columns, row_length] = [coarse.columns, coarse.row_length()];
+    let all = 0..coarse.rows * row_length;
+    coarse.d.for_each_part_of_two(before, all, BAND * row_length, pool, |d, before| {
+        let rows = [(&fine.d.x, d.x, before.x), (&fine.d.y, d.y, before.y), (&fine.d.z, d.z, before.z)];
+        for (from, to, before) in rows {
+            Arch::new().dispatch(Sample { fine, columns, row_length, first: d.first / row_length, from, to });
+            before.copy_from_slice(to);
+        }
+    });
+}
+
+/// Some rows of a coarse level.
 struct Sample<'a> {
     fine: &'a Level,
-    coarse: &'a Level,
+    /// Coarse columns.
+    columns: usize,
+    /// Length of a coarse row in memory.
+    row_length: usize,
+    /// The first coarse row.
+    first: usize,
     from: &'a [f32],
     to: &'a mut [f32],
 }
@@ -43,15 +65,14 @@ impl WithSimd for Sample<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { fine, coarse, from, to } = self;
-        let (evens, odds) = (coarse.columns.div_ceil(2), coarse.columns / 2);
-        for row in 0..coarse.rows {
-            let fine_row = sampled(row, fine.rows);
+        let Self { fine, columns, row_length, first, from, to } = self;
+        let (evens, odds) = (columns.div_ceil(2), columns / 2);
+        for (row, to) in to.chunks_mut(row_length).enumerate() {
+            let fine_row = sampled(first + row, fine.rows);
             let there = fine.place(0, fine_row);
             let source = &from[there..there + fine.columns.div_ceil(2)];
             let (pairs, rest) = source.as_chunks::<2>();
-            let row = &mut to[coarse.place(0, row)..][..coarse.row_length()];
-            let (even, odd) = row.split_at_mut(coarse.row_length() / 2);
+            let (even, odd) = to.split_at_mut(row_length / 2);
             for ((even, odd), pair) in even.iter_mut().zip(odd.iter_mut()).zip(pairs) {
                 (*even, *odd) = (pair[0], pair[1]);
             }
@@ -60,7 +81,7 @@ impl WithSimd for Sample<'_> {
             }
             // With an even number of columns the last one is an odd one.
             let last = from[fine.place(fine.columns - 1, fine_row)];
-            if coarse.columns.is_multiple_of(2) { odd[odds - 1] = last } else { even[evens - 1] = last }
+            if columns.is_multiple_of(2) { odd[odds - 1] = last } else { even[evens - 1] = last }
         }
     }
 }
