@@ -122,7 +122,8 @@ impl Wind {
 
 /// Which lines of [`LANES`] items have four numbers each of which grows by one from item to item.
 fn lines_in_row(items: usize, numbers: impl Fn(usize) -> Option<[u32; 4]>) -> Vec<bool> {
-    let follows = |item: usize| matches!((numbers(item - 1), numbers(item)), (Some(one), Some(next)) if one.map(|one| one + 1) == next);
+    let follows =
+        |item: usize| matches!((numbers(item - 1), numbers(item)), (Some(one), Some(next)) if one.map(|one| one + 1) == next);
     (0..items / LANES).map(|line| (line * LANES + 1..(line + 1) * LANES).all(follows)).collect()
 }
 

@@ -32,9 +32,9 @@ pub fn measure(model: &Model, cloth: &ClothRange, positions: &Vectors, pool: &Po
         }
         None => worst_of(cloth.springs.len(), CHUNK, pool.pays_for(cloth.springs.len()), |run| {
             let springs = cloth.springs.start + run.start..cloth.springs.start + run.end;
-            springs.map(|spring| ratio_squared(model, positions, spring)).fold((0, 0.0), |found, ratio| {
-                worse(found, (u32::from(ratio > 1.0), ratio))
-            })
+            springs
+                .map(|spring| ratio_squared(model, positions, spring))
+                .fold((0, 0.0), |found, ratio| worse(found, (u32::from(ratio > 1.0), ratio)))
         }),
     };
     Stretch { over, worst: square.sqrt() }

@@ -12,7 +12,7 @@ mod tiles;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{Levels, Motion, coarse_sweeps};
+use super::{BackOff, Levels, Motion, coarse_sweeps};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
@@ -44,14 +44,13 @@ pub(super) struct GeneralLevels {
     /// What can be solved exactly, and whether it has been in this step.
     forest: Option<Forest>,
     solved: bool,
-    /// How far below R springs are aimed, as a part of R.
-    delta: f32,
+    back_off: BackOff,
     backwards: bool,
 }
 
 impl GeneralLevels {
-    /// The levels of a cloth with the limit `strain_limit`, aiming `delta` of R below it.
-    pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, delta: f32) -> Self {
+    /// The levels of a cloth with the limit `strain_limit`.
+    pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, back_off: BackOff) -> Self {
         let stretch = 1.0 + strain_limit;
         let (levels, tiles, particles) = build::levels(hierarchy, cloth, stretch);
         let count = particles.len();
@@ -69,14 +68,15 @@ impl GeneralLevels {
             tiles,
             levels,
             particles,
-            delta,
+            back_off,
             backwards: false,
         }
     }
 
     /// Not every spring that is a little over its aim is worth a pull: only those more than half the way to the limit.
     fn finest_pull(&self) -> Pull {
-        Pull { trigger: 1.0 - 0.5 * self.delta, aim: 1.0 - self.delta, at_start: false }
+        let delta = self.back_off.finest;
+        Pull { trigger: 1.0 - 0.5 * delta, aim: 1.0 - delta, at_start: false }
     }
 
     fn sweep(&mut self, index: usize) {
@@ -169,14 +169,14 @@ impl Levels for GeneralLevels {
             for bundle in bundles {
                 bundle.begin(|end| self.x[finest[end as usize] as usize]);
                 let length = Vec4::from_array(bundle.squares_at_start().to_array().map(f32::sqrt));
-                bundle.now = (bundle.limit * (1.0 - self.delta)).max(length);
+                bundle.now = (bundle.limit * (1.0 - self.back_off.coarse)).max(length);
             }
         }
         self.backwards = false;
         self.solved = false;
     }
 
-    fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> f32 {
+    fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> Option<f32> {
         if let (Some(forest), false) = (&mut self.forest, self.solved) {
             self.solved = true;
             forest.correct(&self.x, &mut self.corrected, enough);
@@ -184,7 +184,7 @@ impl Levels for GeneralLevels {
                 *d = self.corrected.get(place).extend(d.w);
             }
             self.go_on(0.0);
-            return self.measure(enough, true);
+            return Some(self.measure(enough, true));
         }
         self.go_on(momentum);
         let (finest, coarse) = self.levels.split_at_mut(1);
@@ -205,11 +205,11 @@ impl Levels for GeneralLevels {
             (0..LOCAL_SWEEPS).for_each(|_| self.sweep_tiles());
             worst = self.measure(enough, false);
         }
-        worst
+        Some(worst)
     }
 
     fn release(&mut self, _: &Pool) {
-        self.measure_room(1.0 - 0.5 * self.delta);
+        self.measure_room(1.0 - 0.5 * self.back_off.finest);
         for (place, d) in self.levels[0].d.iter_mut().enumerate() {
             let way = self.proposed.get(place) - d.xyz();
             let (length, room) = (way.length(), self.room[place]);

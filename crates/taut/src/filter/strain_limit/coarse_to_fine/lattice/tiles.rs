@@ -88,10 +88,10 @@ impl Tiles {
         (from, to)
     }
 
-    /// Whether less than half of the level is marked, so that sweeping the marked part alone pays.
-    pub fn are_few(&self) -> bool {
+    /// The part of the level that is marked.
+    pub fn share(&self) -> f32 {
         let marked: usize = self.bands.iter().map(|tile| tile.to - tile.from).sum();
-        2 * marked < self.bands.len() * self.blocks
+        marked as f32 / (self.bands.len() * self.blocks) as f32
     }
 
     /// Marks the neighbouring bands and blocks too: what is pulled in goes over there.
