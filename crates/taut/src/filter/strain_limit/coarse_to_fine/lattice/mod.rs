@@ -29,7 +29,7 @@ const ROOMY: f32 = 0.05;
 /// Where more than this part of the cloth is still over its limit after a cycle, as in a strong wind, the next one ..
 const MANY: f32 = 0.5;
 /// .. aims so many times deeper: what is pulled too far is given back in the end.
-const DEEPER: f32 = 3.0;
+const DEEPER: f32 = 4.0;
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 3;
 const LOCAL_ROUNDS: usize = 2;
