@@ -22,11 +22,10 @@ impl Motion<'_> {
     /// Sum of M |D - frame|^2 [kg m^2]: twice the kinetic energy in a moving frame, times the square of the step.
     /// `parts` is workspace, a place for every chunk of particles.
     pub fn energy(&self, frame: Vec3, parts: &mut [[f64; 1]], pool: &Pool) -> f64 {
-        let columns = [(&self.d.x, frame.x), (&self.d.y, frame.y), (&self.d.z, frame.z)];
+        let Vectors { x, y, z } = &*self.d;
         let [sum] = sum_of_chunks(self.weights.len(), parts, pool, |run| {
-            let weights = &self.weights[run.clone()];
-            let energies = columns.map(|(d, frame)| Arch::new().dispatch(Energy { d: &d[run.clone()], weights, frame }));
-            [energies.iter().sum()]
+            let d = [x, y, z].map(|column| &column[run.clone()]);
+            [Arch::new().dispatch(Energy { d, weights: &self.weights[run], frame })]
         });
         sum
     }
@@ -60,9 +59,9 @@ impl Motion<'_> {
 }
 
 struct Energy<'a> {
-    d: &'a [f32],
+    d: [&'a [f32]; 3],
     weights: &'a [f32],
-    frame: f32,
+    frame: Vec3,
 }
 
 impl WithSimd for Energy<'_> {
@@ -70,13 +69,18 @@ impl WithSimd for Energy<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let Self { d: [x, y, z], weights, frame } = self;
         let mut energy = 0.0;
-        for (d, weights) in self.d.chunks(BLOCK).zip(self.weights.chunks(BLOCK)) {
+        for first in (0..weights.len()).step_by(BLOCK) {
+            let run = first..weights.len().min(first + BLOCK);
+            let [x, y, z, weights] = [x, y, z, weights].map(|column| &column[run.clone()]);
             let mut sums = [0.0_f32; LANES];
-            for (d, weights) in d.chunks(LANES).zip(weights.chunks(LANES)) {
-                for (sum, (d, weight)) in sums.iter_mut().zip(d.iter().zip(weights)) {
-                    let way = d - self.frame;
-                    *sum += if *weight > 0.0 { way * way / weight } else { 0.0 };
+            let columns = x.chunks(LANES).zip(y.chunks(LANES)).zip(z.chunks(LANES)).zip(weights.chunks(LANES));
+            for (((x, y), z), weights) in columns {
+                let particles = x.iter().zip(y).zip(z).zip(weights);
+                for (sum, (((x, y), z), weight)) in sums.iter_mut().zip(particles) {
+                    let [x, y, z] = [x - frame.x, y - frame.y, z - frame.z];
+                    *sum += if *weight > 0.0 { (x * x + y * y + z * z) / weight } else { 0.0 };
                 }
             }
             energy += sums.iter().map(|sum| f64::from(*sum)).sum::<f64>();
