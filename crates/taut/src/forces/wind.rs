@@ -280,13 +280,13 @@ impl Obstacles {
     #[inline(always)]
     fn forces_by(&self, air: &Air, law: WindLaw) -> [Lanes; 3] {
         let mut forces = [[0.0; LANES]; 3];
-        for lane in 0..LANES {
+        for (lane, area) in self.areas.iter().enumerate() {
             let vector = Vec3::new(self.vectors[0][lane], self.vectors[1][lane], self.vectors[2][lane]);
             let length = vector.length();
             // Without an area, or where those of all panels around cancel, there is no normal, and no force.
             let normal = vector / if length > f32::MIN_POSITIVE { length } else { f32::MIN_POSITIVE };
             let relative = Vec3::new(self.relative[0][lane], self.relative[1][lane], self.relative[2][lane]);
-            let force = force(air, law, &self.resistance[lane], relative, normal, self.areas[lane], self.most[lane]);
+            let force = force(air, law, &self.resistance[lane], relative, normal, *area, self.most[lane]);
             (forces[0][lane], forces[1][lane], forces[2][lane]) = (force.x, force.y, force.z);
         }
         forces
