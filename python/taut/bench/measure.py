@@ -1,4 +1,4 @@
-"""Time a scene, frame by frame, between two timings of the yardstick."""
+"""Time a scene, frame by frame, and the yardstick in between: machines do not keep their speed."""
 
 import time
 from dataclasses import dataclass, fields
@@ -11,6 +11,10 @@ from taut.simulation import Simulation
 
 YARDSTICK_SECONDS = 0.05
 """How long passes of the yardstick are repeated before and after a scene [s]."""
+YARDSTICK_EVERY = 30
+"""Frames of a scene between other passes of it [1] .."""
+YARDSTICK_PASSES = 10
+""".. and how many those are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,11 +101,11 @@ def measure(case: Case, window: Window) -> Row:
     simulation = case.simulation()
     start = simulation.snapshot()
     passes = [_yardstick(simulation)]
-    timings = [_Timing.of(simulation, window.frames, window.seconds)]
+    timings = [_Timing.of(simulation, passes, window.frames, window.seconds)]
     first = sum(timings[0].ms) / 1e3
     while len(timings) < window.repeats and first * (len(timings) + 1) <= window.seconds:
         simulation.restore(start)
-        timings.append(_Timing.of(simulation, len(timings[0].ms)))
+        timings.append(_Timing.of(simulation, passes, len(timings[0].ms)))
     passes.append(_yardstick(simulation))
     return _row(case, simulation, timings, 1e3 * float(np.median(np.concatenate(passes))))
 
@@ -117,7 +121,9 @@ class _Timing:
     worst_stretch: float = -1.0
 
     @classmethod
-    def of(cls, simulation: Simulation, frames: int, seconds: float = np.inf) -> "_Timing":
+    def of(
+        cls, simulation: Simulation, passes: list[NDArray[np.float64]], frames: int, seconds: float = np.inf
+    ) -> "_Timing":
         timing = cls([])
         while len(timing.ms) < frames and sum(timing.ms) < 1e3 * seconds:
             cpu, start = time.process_time(), time.perf_counter()
@@ -127,6 +133,8 @@ class _Timing:
             timing.cycles += report.sweeps
             timing.cuts += report.cuts
             timing.worst_stretch = max(timing.worst_stretch, report.worst_stretch_in_steps)
+            if len(timing.ms) % YARDSTICK_EVERY == 0:
+                passes.append(simulation.yardstick(YARDSTICK_PASSES)[0])
         return timing
 
 

@@ -29,7 +29,7 @@ const ROOMY: f32 = 0.05;
 /// Where more than this part of the cloth is still over its limit after a cycle, as in a strong wind, the next one ..
 const MANY: f32 = 0.5;
 /// .. aims so many times deeper: what is pulled too far is given back in the end.
-const DEEPER: f32 = 4.0;
+const DEEPER: f32 = 5.0;
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 3;
 const LOCAL_ROUNDS: usize = 2;
@@ -40,7 +40,7 @@ const UNMEASURED: [f32; 2] = [0.7, 0.85];
 pub(super) struct LatticeLevels {
     first: usize,
     levels: Vec<Level>,
-    /// Displacements of each coarse level before it was swept.
+    /// Displacements of each coarse level before it was swept; what it gained by that after that.
     before: Vec<Vectors>,
     /// Displacements of the finest level as they were proposed.
     proposed: Vectors,
@@ -183,7 +183,7 @@ impl Levels for LatticeLevels {
                 self.sweep(index, pool);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
-            prolong(&mut fine[index - 1], &coarse[0], &self.before[index], &mut self.gained, pool);
+            prolong(&mut fine[index - 1], &coarse[0], &mut self.before[index], &mut self.gained, pool);
         }
         self.sweep(0, pool);
         if self.unmeasured > 0 {

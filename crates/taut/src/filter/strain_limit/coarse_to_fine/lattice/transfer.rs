@@ -86,14 +86,21 @@ impl WithSimd for Sample<'_> {
     }
 }
 
-/// Adds to the fine displacements what the coarse ones gained over `before`; what is held stays. `gained` is workspace:
-/// a coarse row of gains for every band of fine rows.
-pub(super) fn prolong(fine: &mut Level, coarse: &Level, before: &Vectors, gained: &mut [Vec<f32>], pool: &Pool) {
+/// Adds to the fine displacements what the coarse ones gained over `before`, which becomes that gain; what is held stays. `gained` is
+/// workspace: a coarse row of gains for every band of fine rows.
+pub(super) fn prolong(fine: &mut Level, coarse: &Level, before: &mut Vectors, gained: &mut [Vec<f32>], pool: &Pool) {
+    before.for_each_chunk(pool, |VectorsChunk { first, x, y, z }| {
+        let run = first..first + x.len();
+        for (before, now) in [(x, &coarse.d.x), (y, &coarse.d.y), (z, &coarse.d.z)] {
+            Arch::new().dispatch(Gain { before, now: &now[run.clone()] });
+        }
+    });
+    let gains = &*before;
     let row_length = fine.row_length();
     let Level { d, w, columns, rows, .. } = fine;
     let (columns, rows, w) = (*columns, *rows, &*w);
     d.for_each_band(0..rows * row_length, BAND * row_length, gained, pool, |d, gained| {
-        Arch::new().dispatch(ProlongBand { d, w, columns, rows, row_length, coarse, before, gained });
+        Arch::new().dispatch(ProlongBand { d, w, columns, rows, row_length, coarse, gains, gained });
     });
 }
 
@@ -105,6 +112,21 @@ pub(super) fn bands(fine: &Level) -> usize {
 /// Fine rows in a band.
 const BAND: usize = 32;
 
+/// before := now - before.
+struct Gain<'a> {
+    before: &'a mut [f32],
+    now: &'a [f32],
+}
+
+impl WithSimd for Gain<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.before.iter_mut().zip(self.now).for_each(|(before, now)| *before = now - *before);
+    }
+}
+
 struct ProlongBand<'a> {
     d: VectorsChunk<'a>,
     w: &'a [f32],
@@ -112,7 +134,7 @@ struct ProlongBand<'a> {
     rows: usize,
     row_length: usize,
     coarse: &'a Level,
-    before: &'a Vectors,
+    gains: &'a Vectors,
     gained: &'a mut [f32],
 }
 
@@ -121,16 +143,15 @@ impl WithSimd for ProlongBand<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { d, w, columns, rows, row_length, coarse, before, gained } = self;
+        let Self { d, w, columns, rows, row_length, coarse, gains, gained } = self;
         let (evens, odds) = (columns.div_ceil(2), columns / 2);
         // With an even number of columns the last one is sampled itself: it has the gain of the last coarse column.
         let between = if columns.is_multiple_of(2) { odds - 1 } else { odds };
         let first_row = d.first / row_length;
-        let fields = [(d.x, &coarse.d.x, &before.x), (d.y, &coarse.d.y, &before.y), (d.z, &coarse.d.z, &before.z)];
-        for (target, now, before) in fields {
+        for (target, gains) in [(d.x, &gains.x), (d.y, &gains.y), (d.z, &gains.z)] {
             for (index, target) in target.chunks_mut(row_length).enumerate() {
                 let row = first_row + index;
-                gain_of_row(coarse, parents(row, rows), now, before, gained);
+                gain_of_row(coarse, parents(row, rows), gains, gained);
                 let (even_w, odd_w) = w[row * row_length..(row + 1) * row_length].split_at(row_length / 2);
                 let (even, odd) = target.split_at_mut(row_length / 2);
                 for ((target, w), gain) in even[..evens].iter_mut().zip(&even_w[..evens]).zip(&gained[..evens]) {
@@ -150,25 +171,23 @@ impl WithSimd for ProlongBand<'_> {
 
 /// The mean gain of two coarse rows, or of one twice, columns in order.
 #[inline(always)]
-fn gain_of_row(coarse: &Level, [one, other]: [usize; 2], now: &[f32], before: &[f32], gained: &mut [f32]) {
+fn gain_of_row(coarse: &Level, [one, other]: [usize; 2], gains: &[f32], gained: &mut [f32]) {
     let run = |row: usize, odd: usize| {
-        let count = (coarse.columns - odd).div_ceil(2);
         let first = coarse.place(odd, row);
-        now[first..first + count].iter().zip(&before[first..first + count])
+        gains[first..first + (coarse.columns - odd).div_ceil(2)].iter()
     };
     let (pairs, rest) = gained[..coarse.columns].as_chunks_mut::<2>();
     if one == other {
         for (pair, (even, odd)) in pairs.iter_mut().zip(run(one, 0).zip(run(one, 1))) {
-            *pair = [even.0 - even.1, odd.0 - odd.1];
+            *pair = [*even, *odd];
         }
     } else {
         let terms = run(one, 0).zip(run(other, 0)).zip(run(one, 1).zip(run(other, 1)));
         for (pair, ((even, even_other), (odd, odd_other))) in pairs.iter_mut().zip(terms) {
-            let mean = |a: (&f32, &f32), b: (&f32, &f32)| 0.5 * ((a.0 - a.1) + (b.0 - b.1));
-            *pair = [mean(even, even_other), mean(odd, odd_other)];
+            *pair = [0.5 * (even + even_other), 0.5 * (odd + odd_other)];
         }
     }
     if let ([last], Some(a), Some(b)) = (rest, run(one, 0).next_back(), run(other, 0).next_back()) {
-        *last = 0.5 * ((a.0 - a.1) + (b.0 - b.1));
+        *last = 0.5 * (a + b);
     }
 }
