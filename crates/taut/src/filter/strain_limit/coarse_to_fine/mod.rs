@@ -19,16 +19,12 @@ use crate::state::{State, measure};
 use certificate::Certificate;
 use motion::Motion;
 
-/// How far below its limit R a corrected spring of a grid's coarse levels is aimed, as a part of its length L [1] ..
+/// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
 const BACK_OFF: f32 = 0.012;
-/// .. and one of a mesh's, where coarse springs lie across the fine ones ..
-const BACK_OFF_OF_MESHES: f32 = 0.024;
 /// .. and at most, as a part of the strain that R allows; where masses are scaled ..
 const LARGEST_BACK_OFF: f32 = 0.7;
 /// .. and elsewhere, where springs still vibrate within a step: cloth without dampers would gain energy.
 const LARGEST_BACK_OFF_UNSCALED: f32 = 0.5;
-/// On the finest level, as a part of it: coarse levels that have more room than finer ones leave them less to do.
-const FINEST: f32 = 0.4;
 /// Coarse levels are swept twice: they carry the loads, and all of them together have fewer springs than half the finest ..
 const COARSE_SWEEPS: usize = 2;
 /// .. and those with at most so many particles cost nothing.
@@ -44,7 +40,7 @@ trait Levels: Send {
     /// Takes a proposed step: where it begins and where it ends [m].
     fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool);
     /// One pass over all levels, from the coarsest to the finest, after going on with `momentum`. Returns the largest
-    /// |P_uv| / R then; less than `enough` is not worth further work.
+    /// |P_uv| / R then, or nothing where that is not worth measuring; less than `enough` is not worth further work.
     fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> Option<f32>;
     /// Gives particles back what was taken from their proposed displacements, as far as all their springs have room for it.
     fn release(&mut self, pool: &Pool);
@@ -52,17 +48,6 @@ trait Levels: Send {
     fn motion(&mut self) -> Motion<'_>;
     /// Gives the corrected ends back, and what was added to them [m].
     fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool);
-}
-
-/// How far below R springs are aimed, as parts of R.
-#[derive(Clone, Copy)]
-struct BackOff {
-    /// On the finest level.
-    finest: f32,
-    /// On the others.
-    coarse: f32,
-    /// At most, on any of them.
-    largest: f32,
 }
 
 /// One cloth: its levels and its certificate.
@@ -109,14 +94,13 @@ impl Unit {
     /// A cloth; none if nothing in it is limited.
     fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
-        let room = rounding(model, cloth).max(2e-5);
-        let usual = if cloth.lattice.is_some() { BACK_OFF } else { BACK_OFF_OF_MESHES };
-        let back_off = BackOff::new(usual, strain, !cloth.rates.is_empty(), room);
+        let largest = if cloth.rates.is_empty() { LARGEST_BACK_OFF_UNSCALED } else { LARGEST_BACK_OFF };
+        let delta = BACK_OFF.min(largest * strain) / (1.0 + strain);
         let mut levels: Box<dyn Levels> = match cloth.lattice {
-            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, back_off)),
-            None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, back_off)),
+            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
+            None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
-        let enough = 1.0 - room.min(0.5 * back_off.finest);
+        let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * delta);
         Some(Self {
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),
@@ -168,15 +152,6 @@ impl Unit {
     }
 }
 
-impl BackOff {
-    /// For a limit of `strain`, `usual` being what is a part of L; rounding takes up to `room` of R.
-    fn new(usual: f32, strain: f32, scaled: bool, room: f32) -> Self {
-        let largest = if scaled { LARGEST_BACK_OFF } else { LARGEST_BACK_OFF_UNSCALED } * strain;
-        let coarse = usual.min(largest) / (1.0 + strain);
-        Self { finest: (FINEST * coarse).max(4.0 * room).min(coarse), coarse, largest: largest / (1.0 + strain) }
-    }
-}
-
 /// How often a coarse level of so many particles is swept.
 fn coarse_sweeps(particles: usize) -> usize {
     if particles <= COARSEST { COARSEST_SWEEPS } else { COARSE_SWEEPS }
@@ -186,7 +161,7 @@ fn coarse_sweeps(particles: usize) -> usize {
 /// corrects more than any other, and once: that does not go on. Few cycles want little momentum: what they pull too far,
 /// nothing pulls back, and it comes back in the next step as a jerk (docs/decisions/coarse-to-fine.md).
 fn momentum(cycles: u8) -> f32 {
-    if cycles < 2 { 0.0 } else { MOMENTUM.min(f32::from(cycles) / (f32::from(cycles) + 2.0)) }
+    if cycles < 2 { 0.0 } else { MOMENTUM.min(f32::from(cycles) / (f32::from(cycles) + 1.0)) }
 }
 
 /// What rounding its two ends to single precision can add to the shortest spring of a cloth, as a part of its length.

@@ -12,7 +12,7 @@ mod tiles;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{BackOff, Levels, Motion, coarse_sweeps};
+use super::{Levels, Motion, coarse_sweeps};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
@@ -44,13 +44,14 @@ pub(super) struct GeneralLevels {
     /// What can be solved exactly, and whether it has been in this step.
     forest: Option<Forest>,
     solved: bool,
-    back_off: BackOff,
+    /// How far below R springs are aimed, as a part of R.
+    delta: f32,
     backwards: bool,
 }
 
 impl GeneralLevels {
-    /// The levels of a cloth with the limit `strain_limit`.
-    pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, back_off: BackOff) -> Self {
+    /// The levels of a cloth with the limit `strain_limit`, aiming `delta` of R below it.
+    pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, delta: f32) -> Self {
         let stretch = 1.0 + strain_limit;
         let (levels, tiles, particles) = build::levels(hierarchy, cloth, stretch);
         let count = particles.len();
@@ -68,15 +69,14 @@ impl GeneralLevels {
             tiles,
             levels,
             particles,
-            back_off,
+            delta,
             backwards: false,
         }
     }
 
     /// Not every spring that is a little over its aim is worth a pull: only those more than half the way to the limit.
     fn finest_pull(&self) -> Pull {
-        let delta = self.back_off.finest;
-        Pull { trigger: 1.0 - 0.5 * delta, aim: 1.0 - delta, at_start: false }
+        Pull { trigger: 1.0 - 0.5 * self.delta, aim: 1.0 - self.delta, at_start: false }
     }
 
     fn sweep(&mut self, index: usize) {
@@ -169,7 +169,7 @@ impl Levels for GeneralLevels {
             for bundle in bundles {
                 bundle.begin(|end| self.x[finest[end as usize] as usize]);
                 let length = Vec4::from_array(bundle.squares_at_start().to_array().map(f32::sqrt));
-                bundle.now = (bundle.limit * (1.0 - self.back_off.coarse)).max(length);
+                bundle.now = (bundle.limit * (1.0 - self.delta)).max(length);
             }
         }
         self.backwards = false;
@@ -209,7 +209,7 @@ impl Levels for GeneralLevels {
     }
 
     fn release(&mut self, _: &Pool) {
-        self.measure_room(1.0 - 0.5 * self.back_off.finest);
+        self.measure_room(1.0 - 0.5 * self.delta);
         for (place, d) in self.levels[0].d.iter_mut().enumerate() {
             let way = self.proposed.get(place) - d.xyz();
             let (length, room) = (way.length(), self.room[place]);

@@ -8,7 +8,7 @@ mod transfer;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{BackOff, Levels, Motion, coarse_sweeps};
+use super::{Levels, Motion, coarse_sweeps};
 use crate::geometry::{Pool, Vectors, VectorsChunk};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
@@ -26,10 +26,6 @@ const STEADY: usize = 2;
 const FURTHEST: f32 = 1e-3;
 /// .. tighter than this [1] all springs are taut, and levels get more room, as steps get shorter: with the cube root.
 const ROOMY: f32 = 0.05;
-/// Where more than this part of the cloth is still over its limit after a cycle, as in a strong wind, the next one ..
-const MANY: f32 = 0.5;
-/// .. aims so many times deeper: what is pulled too far is given back in the end.
-const DEEPER: f32 = 5.0;
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 3;
 const LOCAL_ROUNDS: usize = 2;
@@ -56,10 +52,6 @@ pub(super) struct LatticeLevels {
     backwards: bool,
     /// So many cycles to come are sure not to be the last.
     unmeasured: u32,
-    /// So many times further below R than usual ..
-    deeper: f32,
-    /// .. at most.
-    deepest: f32,
     /// How far below R each level aims, as a part of R.
     deltas: Vec<f32>,
 }
@@ -74,8 +66,8 @@ struct Anchor {
 }
 
 impl LatticeLevels {
-    /// The levels of a lattice with the limit `strain_limit`; coarse springs are aimed no more than [`FURTHEST`] below it.
-    pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, back_off: BackOff) -> Self {
+    /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it, but no more than [`FURTHEST`].
+    pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32) -> Self {
         let furthest = FURTHEST / (strain_limit / ROOMY).cbrt().min(1.0);
         let at = |i: usize, j: usize| model.particles.rest.get(lattice.first + j * lattice.columns + i).as_dvec3();
         let mut columns: Vec<f64> = (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect();
@@ -106,11 +98,8 @@ impl LatticeLevels {
             rows = (0..coarsened(rows.len())).map(|j| rows[sampled(j, rows.len())]).collect();
         }
         let spacing = finest_columns[1].max(finest_rows[1]);
-        let of_level = |level: usize| {
-            let delta = if level == 0 { back_off.finest } else { back_off.coarse };
-            f64::from(delta).min(f64::from(furthest) / (spacing * 2_f64.powi(level as i32))) as f32
-        };
-        let deltas = (0..levels.len()).map(of_level).collect();
+        let of_level = |level: i32| f64::from(delta).min(f64::from(furthest) / (spacing * 2_f64.powi(level))) as f32;
+        let deltas = (0..levels.len() as i32).map(of_level).collect();
         Self {
             first: lattice.first,
             before: levels.iter().map(|level| Vectors::zeros(level.d.len())).collect(),
@@ -123,8 +112,6 @@ impl LatticeLevels {
             anchors,
             backwards: false,
             unmeasured: 0,
-            deeper: 1.0,
-            deepest: DEEPER.min(back_off.largest / back_off.coarse),
             deltas,
         }
     }
@@ -132,16 +119,11 @@ impl LatticeLevels {
     /// Not every spring that is a little over its aim is worth a pull: only those more than a quarter of the way to the limit.
     fn finest_pull(&self) -> Pull {
         let delta = self.deltas[0];
-        Pull { trigger: 1.0 - 0.75 * delta, aim: self.aim(0), at_start: false }
-    }
-
-    /// Where the springs of a level are aimed, as a part of R.
-    fn aim(&self, index: usize) -> f32 {
-        1.0 - self.deeper * self.deltas[index]
+        Pull { trigger: 1.0 - 0.75 * delta, aim: 1.0 - delta, at_start: false }
     }
 
     fn sweep(&mut self, index: usize, pool: &Pool) {
-        let aim = self.aim(index);
+        let aim = 1.0 - self.deltas[index];
         let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: aim, aim, at_start: index >= STEADY } };
         self.levels[index].sweep(pull, self.backwards, None, pool);
         self.backwards = !self.backwards;
@@ -169,7 +151,6 @@ impl Levels for LatticeLevels {
         }
         self.backwards = false;
         self.unmeasured = 0;
-        self.deeper = 1.0;
     }
 
     fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> Option<f32> {
@@ -192,10 +173,9 @@ impl Levels for LatticeLevels {
         }
         let mut worst = self.levels[0].measure(enough, &mut self.tiles, true, pool);
         let share = self.tiles.share();
-        self.deeper = if share > MANY { self.deepest } else { 1.0 };
         self.unmeasured = UNMEASURED.iter().filter(|least| share > **least).count() as u32;
         for _ in 0..LOCAL_ROUNDS {
-            if worst <= enough || self.tiles.share() > MANY {
+            if worst <= enough || self.tiles.share() >= 0.5 {
                 break;
             }
             self.tiles.widen();
