@@ -54,15 +54,10 @@ pub fn write_into(name: &str, vectors: &Vectors, target: &Bound<'_, PyAny>) -> P
     readonly(name, target, Some(vectors.len()))?;
     let array = target.cast::<PyArray2<f32>>()?;
     let mut array = array.try_readwrite().map_err(|error| PyValueError::new_err(format!("{name} cannot be written: {error}")))?;
-    if let Ok(flat) = array.as_slice_mut() {
-        let columns = vectors.x.iter().zip(&vectors.y).zip(&vectors.z);
-        for (row, ((x, y), z)) in flat.as_chunks_mut::<3>().0.iter_mut().zip(columns) {
-            *row = [*x, *y, *z];
-        }
-    } else {
-        let mut view = array.as_array_mut();
-        for (axis, column) in [&vectors.x, &vectors.y, &vectors.z].into_iter().enumerate() {
-            view.column_mut(axis).iter_mut().zip(column).for_each(|(place, value)| *place = *value);
+    let mut view = array.as_array_mut();
+    for (axis, column) in [&vectors.x, &vectors.y, &vectors.z].into_iter().enumerate() {
+        for (place, &value) in view.column_mut(axis).iter_mut().zip(column) {
+            *place = value;
         }
     }
     Ok(())
