@@ -1,9 +1,7 @@
 //! Projections of whole runs of springs at once, in vector registers.
 //!
-//! The springs of a run join the particles `a[i]` and `b[i]`; no particle is in a run twice. Particles carry their
-//! position at the start of the step, x, and their displacement so far, d; the end of the step is x + d. Displacements
-//! are kept apart from positions because they are small: in single precision the sum would round slow motion away.
-//! Every run is a whole number of blocks long.
+//! The springs of a run join the particles `a[i]` and `b[i]`; no particle is in a run twice. Every run is a whole number of
+//! blocks long. Places are relative to a particle of the cloth: far from the origin single precision is coarse.
 
 use pulp::Simd;
 
@@ -14,10 +12,10 @@ pub(super) const BLOCK: usize = 16;
 
 /// One end of the springs of a run.
 pub(super) struct End<'a> {
-    /// Positions at the start of the step [m].
+    /// Where the step begins [m].
     pub x: [&'a [f32]; 3],
-    /// Displacements so far [m].
-    pub d: [&'a mut [f32]; 3],
+    /// Where it ends so far [m].
+    pub p: [&'a mut [f32]; 3],
     /// Inverse masses, zero for what is held.
     pub w: &'a [f32],
 }
@@ -29,45 +27,58 @@ pub(super) struct Pull {
     pub trigger: f32,
     /// .. to this length ..
     pub aim: f32,
-    /// .. along X, their direction at the start of the step, instead of X + D: only if D, what the step has turned and
-    /// stretched them by, is short against them.
+    /// .. along X, their direction at the start of the step, instead of P, that at its end: only if D = P - X, what the step
+    /// has turned and stretched them by, is short against them.
     pub at_start: bool,
 }
 
-/// Springs whose |D|^2 is a larger part of |X + D|^2 than this are pulled along X + D in any case: they turn so far that their
+/// Springs whose |D|^2 is a larger part of |P|^2 than this are pulled along P in any case: they turn so far that their
 /// direction at the start says little [1].
 const TURNED: f32 = 0.01;
 
+/// The greatest lengths of the springs of a run.
+#[derive(Clone, Copy)]
+pub(super) struct Limits<'a> {
+    /// R [m].
+    pub length: &'a [f32],
+    /// 1 / R^2 [1/m^2].
+    pub inverse_square: &'a [f32],
+}
+
 /// Projects every spring of a run that is over its trigger. Where none of a register's springs is, nothing is stored.
 #[inline(always)]
-pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], pull: Pull) {
-    let limit = S::as_simd_f32s(limit).0;
+pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limits: Limits<'_>, pull: Pull) {
+    let (limit, inverse) = (lanes::<S>(limits.length), lanes::<S>(limits.inverse_square));
     let len = limit.len();
-    let [ax, ay, az] = a.x.map(|values| &S::as_simd_f32s(values).0[..len]);
-    let [bx, by, bz] = b.x.map(|values| &S::as_simd_f32s(values).0[..len]);
-    let [au, av, aw] = a.d.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
-    let [bu, bv, bw] = b.d.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
-    let [wa, wb] = [a.w, b.w].map(|values| &S::as_simd_f32s(values).0[..len]);
-    let [trigger, aim, one] = [pull.trigger, pull.aim, 1.0].map(|value| simd.splat_f32s(value));
+    let inverse = &inverse[..len];
+    let [ax, ay, az] = a.x.map(|values| &lanes::<S>(values)[..len]);
+    let [bx, by, bz] = b.x.map(|values| &lanes::<S>(values)[..len]);
+    let [ap, aq, ar] = a.p.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
+    let [bp, bq, br] = b.p.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
+    let [wa, wb] = [a.w, b.w].map(|values| &lanes::<S>(values)[..len]);
+    let [trigger, aim, one] = [pull.trigger * pull.trigger, pull.aim, 1.0].map(|value| simd.splat_f32s(value));
     // The floor keeps two held ends, and the empty lanes at the end of a run, from dividing by zero.
     let (floor, zero) = (simd.splat_f32s(1e-30), simd.splat_f32s(0.0));
     let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
     for i in 0..len {
-        let [u, v, w] = [sub(bu[i], au[i]), sub(bv[i], av[i]), sub(bw[i], aw[i])];
-        let [x, y, z] = [add(sub(bx[i], ax[i]), u), add(sub(by[i], ay[i]), v), add(sub(bz[i], az[i]), w)];
+        let [x, y, z] = [sub(bp[i], ap[i]), sub(bq[i], aq[i]), sub(br[i], ar[i])];
         let square = add(add(mul(x, x), mul(y, y)), mul(z, z));
-        let reach = mul(limit[i], trigger);
-        let over = simd.greater_than_f32s(square, mul(reach, reach));
+        let over = simd.greater_than_f32s(mul(square, inverse[i]), trigger);
         if simd.first_true_m32s(over) >= S::F32_LANES {
             continue;
         }
         let mut excess = sub(one, mul(mul(limit[i], aim), reciprocal_sqrt(simd, square)));
         let mut along = [x, y, z];
         if pull.at_start {
+            let start = [sub(bx[i], ax[i]), sub(by[i], ay[i]), sub(bz[i], az[i])];
+            let [u, v, w] = [sub(x, start[0]), sub(y, start[1]), sub(z, start[2])];
             let moved = add(add(mul(u, u), mul(v, v)), mul(w, w));
             let little = simd.less_than_f32s(moved, mul(simd.splat_f32s(TURNED), square));
-            let back = simd.select_f32s(little, one, zero);
-            along = [sub(x, mul(back, u)), sub(y, mul(back, v)), sub(z, mul(back, w))];
+            along = [
+                simd.select_f32s(little, start[0], x),
+                simd.select_f32s(little, start[1], y),
+                simd.select_f32s(little, start[2], z),
+            ];
             // The length still shrinks by the same.
             let part = add(add(mul(x, along[0]), mul(y, along[1])), mul(z, along[2]));
             excess = simd.div_f32s(mul(excess, square), part);
@@ -75,23 +86,21 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limit: &[f32], p
         let weight = simd.max_f32s(add(wa[i], wb[i]), floor);
         let share = simd.select_f32s(over, simd.div_f32s(excess, weight), zero);
         let (share_a, share_b) = (mul(share, wa[i]), mul(share, wb[i]));
-        au[i] = add(au[i], mul(share_a, along[0]));
-        av[i] = add(av[i], mul(share_a, along[1]));
-        aw[i] = add(aw[i], mul(share_a, along[2]));
-        bu[i] = sub(bu[i], mul(share_b, along[0]));
-        bv[i] = sub(bv[i], mul(share_b, along[1]));
-        bw[i] = sub(bw[i], mul(share_b, along[2]));
+        ap[i] = add(ap[i], mul(share_a, along[0]));
+        aq[i] = add(aq[i], mul(share_a, along[1]));
+        ar[i] = add(ar[i], mul(share_a, along[2]));
+        bp[i] = sub(bp[i], mul(share_b, along[0]));
+        bq[i] = sub(bq[i], mul(share_b, along[1]));
+        br[i] = sub(br[i], mul(share_b, along[2]));
     }
 }
 
-/// Largest (|X_uv + D_uv| / R)^2, lane by lane, of `worst` and the run whose ends begin at `a` and `b`; calls `mark`
-/// with the number of each block in which it is over `enough`. `inverse` holds 1 / R^2.
+/// Largest (|P_uv| / R)^2, lane by lane, of `worst` and the run whose ends begin at `a` and `b`; calls `mark` with the number
+/// of each block in which it is over `enough`. `inverse` holds 1 / R^2.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "inlined into one loop; a struct would only rename them")]
 pub(super) fn worst<S: Simd>(
     simd: S,
-    x: &Vectors,
-    d: &Vectors,
+    p: &Vectors,
     [a, b]: [usize; 2],
     inverse: &[f32],
     worst: S::f32s,
@@ -101,17 +110,13 @@ pub(super) fn worst<S: Simd>(
     let run = |from: usize| from..from + inverse.len();
     let inverse = lanes::<S>(inverse);
     let len = inverse.len();
-    let [ax, ay, az] = [&x.x, &x.y, &x.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
-    let [bx, by, bz] = [&x.x, &x.y, &x.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
-    let [au, av, aw] = [&d.x, &d.y, &d.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
-    let [bu, bv, bw] = [&d.x, &d.y, &d.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
+    let [ap, aq, ar] = [&p.x, &p.y, &p.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
+    let [bp, bq, br] = [&p.x, &p.y, &p.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
     let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
     let enough = simd.splat_f32s(enough);
     let mut worst = worst;
     for i in 0..len {
-        let x = add(sub(bx[i], ax[i]), sub(bu[i], au[i]));
-        let y = add(sub(by[i], ay[i]), sub(bv[i], av[i]));
-        let z = add(sub(bz[i], az[i]), sub(bw[i], aw[i]));
+        let [x, y, z] = [sub(bp[i], ap[i]), sub(bq[i], aq[i]), sub(br[i], ar[i])];
         let ratio = mul(add(add(mul(x, x), mul(y, y)), mul(z, z)), inverse[i]);
         worst = simd.max_f32s(worst, ratio);
         if simd.first_true_m32s(simd.greater_than_f32s(ratio, enough)) < S::F32_LANES {
@@ -126,8 +131,7 @@ pub(super) fn worst<S: Simd>(
 #[inline(always)]
 pub(super) fn tightest<S: Simd>(
     simd: S,
-    x: &Vectors,
-    d: &Vectors,
+    p: &Vectors,
     [a, b]: [usize; 2],
     limit: &[f32],
     aim: f32,
@@ -136,17 +140,13 @@ pub(super) fn tightest<S: Simd>(
     let run = |from: usize| from..from + limit.len();
     let limit = lanes::<S>(limit);
     let len = limit.len();
-    let [ax, ay, az] = [&x.x, &x.y, &x.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
-    let [bx, by, bz] = [&x.x, &x.y, &x.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
-    let [au, av, aw] = [&d.x, &d.y, &d.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
-    let [bu, bv, bw] = [&d.x, &d.y, &d.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
+    let [ap, aq, ar] = [&p.x, &p.y, &p.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
+    let [bp, bq, br] = [&p.x, &p.y, &p.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
     let [room_a, room_b] = [room_a, room_b].map(|room| &mut S::as_mut_simd_f32s(room).0[..len]);
     let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
     let [aim, half, zero] = [aim, 0.5, 0.0].map(|value| simd.splat_f32s(value));
     for i in 0..len {
-        let x = add(sub(bx[i], ax[i]), sub(bu[i], au[i]));
-        let y = add(sub(by[i], ay[i]), sub(bv[i], av[i]));
-        let z = add(sub(bz[i], az[i]), sub(bw[i], aw[i]));
+        let [x, y, z] = [sub(bp[i], ap[i]), sub(bq[i], aq[i]), sub(br[i], ar[i])];
         let square = add(add(mul(x, x), mul(y, y)), mul(z, z));
         let length = mul(square, reciprocal_sqrt(simd, square));
         let left = simd.max_f32s(mul(half, sub(mul(aim, limit[i]), length)), zero);

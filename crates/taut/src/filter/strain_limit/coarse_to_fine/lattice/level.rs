@@ -12,7 +12,7 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::kernels::{BLOCK, End, Pull, project, tightest, worst};
+use super::kernels::{BLOCK, End, Limits, Pull, project, tightest, worst};
 use super::tiles::{Tile, Tiles};
 use crate::geometry::{Pool, Vectors, VectorsChunk};
 
@@ -26,35 +26,41 @@ const NO_LIMIT: f32 = 1e18;
 pub(super) struct Level {
     pub columns: usize,
     pub rows: usize,
-    /// Positions at the start of the step [m].
+    /// Where the step begins [m].
     pub x: Vectors,
-    /// Displacements so far [m].
-    pub d: Vectors,
+    /// Where it ends so far, P [m].
+    pub p: Vectors,
     /// Inverse masses, zero for what is held.
     pub w: Vec<f32>,
     /// Length of half a row in memory.
     stride: usize,
     /// Greatest lengths [m] along a row: of the springs that begin at even columns, at odd columns.
-    across: [Limits; 2],
+    across: [Lengths; 2],
     /// Greatest lengths from row to row: between ordinary rows, before the last row.
-    up: [Limits; 2],
+    up: [Lengths; 2],
     /// Greatest lengths of diagonals, first index as `up`, second as `across`.
-    diagonal: [[Limits; 2]; 2],
+    diagonal: [[Lengths; 2]; 2],
 }
 
 /// The greatest lengths of the springs of a run.
-struct Limits {
+struct Lengths {
     /// R [m].
     length: Vec<f32>,
     /// 1 / R^2 [1/m^2].
     inverse_square: Vec<f32>,
 }
 
-impl Limits {
+impl Lengths {
     fn new(length: impl Iterator<Item = f32>) -> Self {
         let length: Vec<f32> = length.collect();
         let inverse_square = length.iter().map(|length| 1.0 / (length * length)).collect();
         Self { length, inverse_square }
+    }
+
+    /// Those of some of the springs.
+    #[inline(always)]
+    fn of(&self, springs: Range<usize>) -> Limits<'_> {
+        Limits { length: &self.length[springs.clone()], inverse_square: &self.inverse_square[springs] }
     }
 }
 
@@ -62,7 +68,7 @@ impl Limits {
 struct Run<'a> {
     a: usize,
     b: usize,
-    limits: &'a Limits,
+    lengths: &'a Lengths,
 }
 
 impl Level {
@@ -77,7 +83,7 @@ impl Level {
             [(0, odds), (1, evens - 1)].map(|(first, count)| {
                 let limit = |k: usize| (stretch * width(2 * k + first).hypot(height)) as f32;
                 let padded = count.next_multiple_of(BLOCK);
-                Limits::new((0..padded).map(|k| if k < count { limit(k) } else { NO_LIMIT }))
+                Lengths::new((0..padded).map(|k| if k < count { limit(k) } else { NO_LIMIT }))
             })
         };
         let size = 2 * rows.len() * stride;
@@ -85,11 +91,11 @@ impl Level {
             columns: columns.len(),
             rows: rows.len(),
             x: Vectors::zeros(size),
-            d: Vectors::zeros(size),
+            p: Vectors::zeros(size),
             w: vec![0.0; size],
             stride,
             across: along(0.0),
-            up: gaps.map(|gap| Limits::new(repeat_n((stretch * gap) as f32, evens.next_multiple_of(BLOCK)))),
+            up: gaps.map(|gap| Lengths::new(repeat_n((stretch * gap) as f32, evens.next_multiple_of(BLOCK)))),
             diagonal: gaps.map(along),
         }
     }
@@ -113,17 +119,17 @@ impl Level {
     /// One pass over all springs, or over those in the tiles.
     pub fn sweep(&mut self, pull: Pull, backwards: bool, tiles: Option<&Tiles>, pool: &Pool) {
         let row_length = self.row_length();
-        let Self { x, d, w, .. } = self;
+        let Self { x, p, w, .. } = self;
         let layout =
             Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal };
         for phase in if backwards { [1, 0] } else { [0, 1] } {
-            let first = (phase * BAND * row_length).min(d.len());
-            d.for_each_part(first..d.len(), 2 * BAND * row_length, pool, |d| {
-                let begin = d.first / row_length;
+            let first = (phase * BAND * row_length).min(p.len());
+            p.for_each_part(first..p.len(), 2 * BAND * row_length, pool, |p| {
+                let begin = p.first / row_length;
                 Arch::new().dispatch(SweepBand {
                     layout: &layout,
                     x,
-                    d,
+                    p,
                     w,
                     rows: begin..(begin + BAND).min(layout.rows),
                     pull,
@@ -134,13 +140,13 @@ impl Level {
         }
     }
 
-    /// Largest |X_uv + D_uv| / R of all springs, or of those that the last sweep over tiles may have changed; marks the tiles
+    /// Largest |P_uv| / R of all springs, or of those that the last sweep over tiles may have changed; marks the tiles
     /// where it is over `enough`.
     pub fn measure(&self, enough: f32, tiles: &mut Tiles, everywhere: bool, pool: &Pool) -> f32 {
-        let (layout, x, d) = (self.layout(), &self.x, &self.d);
+        let (layout, p) = (self.layout(), &self.p);
         tiles.measure(everywhere, pool.pays_for(self.size()), |rows, blocks, tile| {
             let rows = rows.start..rows.end.min(layout.rows);
-            Arch::new().dispatch(MeasureBand { layout: &layout, x, d, rows, blocks, enough, tile })
+            Arch::new().dispatch(MeasureBand { layout: &layout, p, rows, blocks, enough, tile })
         })
     }
 
@@ -148,14 +154,14 @@ impl Level {
     /// the tightest of its springs has left.
     pub fn measure_room(&self, aim: f32, room: &mut [f32], pool: &Pool) {
         let row_length = self.row_length();
-        let (layout, x, d) = (self.layout(), &self.x, &self.d);
+        let (layout, p) = (self.layout(), &self.p);
         room.fill(f32::INFINITY);
         for phase in [0, 1] {
             let first = (phase * BAND * row_length).min(room.len());
             let each = |(index, room): (usize, &mut [f32])| {
                 let begin = (2 * index + phase) * BAND;
                 let rows = begin..(begin + BAND).min(layout.rows);
-                Arch::new().dispatch(RoomBand { layout: &layout, x, d, rows, aim, first: begin * row_length, room });
+                Arch::new().dispatch(RoomBand { layout: &layout, p, rows, aim, first: begin * row_length, room });
             };
             let bands = room[first..].par_chunks_mut(2 * BAND * row_length);
             if pool.pays_for(self.size()) {
@@ -174,8 +180,7 @@ impl Level {
 /// Some rows of a level, with the springs to the next row: how far their particles may go.
 struct RoomBand<'a> {
     layout: &'a Layout<'a>,
-    x: &'a Vectors,
-    d: &'a Vectors,
+    p: &'a Vectors,
     rows: Range<usize>,
     aim: f32,
     first: usize,
@@ -187,14 +192,14 @@ impl WithSimd for RoomBand<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { layout, x, d, rows, aim, first, room } = self;
+        let Self { layout, p, rows, aim, first, room } = self;
         for row in rows {
             for run in 0..RUNS {
-                let Some(Run { a, b, limits }) = layout.run(row, run) else { continue };
-                let limit = &*limits.length;
+                let Some(Run { a, b, lengths }) = layout.run(row, run) else { continue };
+                let limit = &*lengths.length;
                 let in_band = [a, b].map(|end| end - first..end - first + limit.len());
                 let room = room.get_disjoint_mut(in_band).expect("the two ends of a run do not overlap");
-                tightest(simd, x, d, [a, b], limit, aim, room);
+                tightest(simd, p, [a, b], limit, aim, room);
             }
         }
     }
@@ -204,7 +209,7 @@ impl WithSimd for RoomBand<'_> {
 struct SweepBand<'a> {
     layout: &'a Layout<'a>,
     x: &'a Vectors,
-    d: VectorsChunk<'a>,
+    p: VectorsChunk<'a>,
     w: &'a [f32],
     rows: Range<usize>,
     pull: Pull,
@@ -217,45 +222,44 @@ impl WithSimd for SweepBand<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { layout, x, d, w, rows, pull, backwards, tiles } = self;
+        let Self { layout, x, p, w, rows, pull, backwards, tiles } = self;
         for step in 0..rows.len() {
             let row = if backwards { rows.end - 1 - step } else { rows.start + step };
             let (from, to) = tiles.map_or((0, usize::MAX), |tiles| tiles.of_row(row));
             for run in 0..RUNS {
                 let run = if backwards { RUNS - 1 - run } else { run };
-                let Some(Run { a, b, limits }) = layout.run(row, run) else { continue };
-                let limit = &*limits.length;
-                let blocks = (from * BLOCK).min(limit.len())..to.saturating_mul(BLOCK).min(limit.len());
+                let Some(Run { a, b, lengths }) = layout.run(row, run) else { continue };
+                let all = lengths.length.len();
+                let blocks = (from * BLOCK).min(all)..to.saturating_mul(BLOCK).min(all);
                 if blocks.is_empty() {
                     continue;
                 }
                 let [a, b] = [a, b].map(|end| end + blocks.start);
-                let limit = &limit[blocks];
+                let len = blocks.len();
                 // One check a run: slices of each column would be checked fourteen times.
-                assert!(a.abs_diff(b) >= limit.len() && a.min(b) >= d.first, "the two ends of a run do not overlap");
-                assert!(a.max(b) + limit.len() <= (d.first + d.x.len()).min(w.len()), "a run lies in its band");
+                assert!(a.abs_diff(b) >= len && a.min(b) >= p.first, "the two ends of a run do not overlap");
+                assert!(a.max(b) + len <= (p.first + p.x.len()).min(w.len()), "a run lies in its band");
                 let columns = [&x.x, &x.y, &x.z];
-                let moving = [&mut *d.x, &mut *d.y, &mut *d.z].map(<[f32]>::as_mut_ptr);
+                let moving = [&mut *p.x, &mut *p.y, &mut *p.z].map(<[f32]>::as_mut_ptr);
                 // SAFETY: columns of a level are as long as its weights, those of a band as long as its first one. The runs lie
                 // in both and are apart.
                 let end = |at: usize| unsafe {
                     End {
-                        x: columns.map(|column| column.get_unchecked(at..at + limit.len())),
-                        d: moving.map(|column| std::slice::from_raw_parts_mut(column.add(at - d.first), limit.len())),
-                        w: w.get_unchecked(at..at + limit.len()),
+                        x: columns.map(|column| column.get_unchecked(at..at + len)),
+                        p: moving.map(|column| std::slice::from_raw_parts_mut(column.add(at - p.first), len)),
+                        w: w.get_unchecked(at..at + len),
                     }
                 };
-                project(simd, end(a), end(b), limit, pull);
+                project(simd, end(a), end(b), lengths.of(blocks), pull);
             }
         }
     }
 }
 
-/// Some rows of a level: the largest |X_uv + D_uv| / R.
+/// Some rows of a level: the largest |P_uv| / R.
 struct MeasureBand<'a> {
     layout: &'a Layout<'a>,
-    x: &'a Vectors,
-    d: &'a Vectors,
+    p: &'a Vectors,
     rows: Range<usize>,
     blocks: Range<usize>,
     enough: f32,
@@ -267,17 +271,17 @@ impl WithSimd for MeasureBand<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f32 {
-        let Self { layout, x, d, rows, blocks, enough, tile } = self;
+        let Self { layout, p, rows, blocks, enough, tile } = self;
         let mut largest = simd.splat_f32s(0.0);
         let first = blocks.start;
         for row in rows {
             for run in 0..RUNS {
-                if let Some(Run { a, b, limits }) = layout.run(row, run) {
-                    let inverse = &*limits.inverse_square;
+                if let Some(Run { a, b, lengths }) = layout.run(row, run) {
+                    let inverse = &*lengths.inverse_square;
                     let there = (first * BLOCK).min(inverse.len())..(blocks.end * BLOCK).min(inverse.len());
                     let ends = [a + there.start, b + there.start];
                     let mark = |block| tile.mark(first + block);
-                    largest = worst(simd, x, d, ends, &inverse[there], largest, enough * enough, mark);
+                    largest = worst(simd, p, ends, &inverse[there], largest, enough * enough, mark);
                 }
             }
         }
@@ -292,9 +296,9 @@ const RUNS: usize = 8;
 struct Layout<'a> {
     rows: usize,
     stride: usize,
-    across: &'a [Limits; 2],
-    up: &'a [Limits; 2],
-    diagonal: &'a [[Limits; 2]; 2],
+    across: &'a [Lengths; 2],
+    up: &'a [Lengths; 2],
+    diagonal: &'a [[Lengths; 2]; 2],
 }
 
 impl<'a> Layout<'a> {
@@ -309,7 +313,7 @@ impl<'a> Layout<'a> {
         let (next_even, next_odd) = (even + 2 * self.stride, odd + 2 * self.stride);
         let gap = usize::from(row + 2 == self.rows);
         let (up, diagonal) = (&self.up[gap], &self.diagonal[gap]);
-        let (a, b, limits) = match run {
+        let (a, b, lengths) = match run {
             0 => (even, odd, &self.across[0]),
             1 => (odd, even + 1, &self.across[1]),
             2 => (even, next_even, up),
@@ -319,6 +323,6 @@ impl<'a> Layout<'a> {
             6 => (odd, next_even, &diagonal[0]),
             _ => (even + 1, next_odd, &diagonal[1]),
         };
-        Some(Run { a, b, limits })
+        Some(Run { a, b, lengths })
     }
 }

@@ -9,13 +9,13 @@ mod transfer;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{Levels, Motion, coarse_sweeps};
-use crate::geometry::{Pool, Vectors, VectorsChunk};
+use crate::geometry::{Pool, Vectors};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
 use kernels::Pull;
 use level::Level;
 use tiles::Tiles;
-use transfer::{bands, coarsened, parents, prolong, sample_displacements, sample_start, sampled};
+use transfer::{bands, coarsened, parents, prolong, sample_ends, sample_start, sampled};
 
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; from this level on they turn little.
@@ -36,13 +36,16 @@ const UNMEASURED: [f32; 2] = [0.7, 0.85];
 pub(super) struct LatticeLevels {
     first: usize,
     levels: Vec<Level>,
-    /// Displacements of each coarse level before it was swept; what it gained by that after that.
+    /// The particle that places are relative to.
+    middle: usize,
+    /// Ends of each coarse level before it was swept; what it gained by that after that.
     before: Vec<Vectors>,
-    /// Displacements of the finest level as they were proposed.
-    proposed: Vectors,
+    /// Displacements of the finest level: as they were proposed, and corrected in the end [m]. They are small, and places
+    /// in single precision would round slow motion away.
+    d: Vectors,
     /// How far each particle of the finest level may go with all its springs within their limits [m].
     room: Vec<f32>,
-    /// Displacements of the finest level one cycle ago.
+    /// Ends of the finest level one cycle ago.
     previous: Vectors,
     anchors: Vec<Vec<Anchor>>,
     /// Where the finest level is still over its limit.
@@ -102,10 +105,11 @@ impl LatticeLevels {
         let deltas = (0..levels.len() as i32).map(of_level).collect();
         Self {
             first: lattice.first,
-            before: levels.iter().map(|level| Vectors::zeros(level.d.len())).collect(),
-            previous: levels[0].d.clone(),
-            proposed: levels[0].d.clone(),
-            room: vec![0.0; levels[0].d.len()],
+            middle: lattice.first + lattice.rows / 2 * lattice.columns + lattice.columns / 2,
+            before: levels.iter().map(|level| Vectors::zeros(level.p.len())).collect(),
+            previous: levels[0].p.clone(),
+            d: levels[0].p.clone(),
+            room: vec![0.0; levels[0].p.len()],
             gained: vec![vec![0.0; levels[0].columns + 2]; bands(&levels[0])],
             tiles: Tiles::new(&levels[0]),
             levels,
@@ -130,11 +134,10 @@ impl LatticeLevels {
         let (finest, coarse) = self.levels.split_at_mut(1);
         if let Some(level) = index.checked_sub(1).map(|index| &mut coarse[index]) {
             for anchor in &self.anchors[index] {
-                let end = |level: &Level, place: usize| level.x.get(place) + level.d.get(place);
-                let away = end(level, anchor.coarse) - end(&finest[0], anchor.held);
+                let away = level.p.get(anchor.coarse) - finest[0].p.get(anchor.held);
                 let (length, reach) = (away.length(), anchor.limit * aim);
                 if length > reach {
-                    level.d.set(anchor.coarse, level.d.get(anchor.coarse) - away * (1.0 - reach / length));
+                    level.p.set(anchor.coarse, level.p.get(anchor.coarse) - away * (1.0 - reach / length));
                 }
             }
         }
@@ -143,8 +146,7 @@ impl LatticeLevels {
 
 impl Levels for LatticeLevels {
     fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool) {
-        load(&mut self.levels[0], self.first, positions, ends, pool);
-        self.proposed.copy_on(&self.levels[0].d, pool);
+        load(&mut self.levels[0], &mut self.d, self.first, self.middle, [positions, ends], pool);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
             sample_start(&fine[index - 1], &mut coarse[0], pool);
@@ -154,10 +156,10 @@ impl Levels for LatticeLevels {
     }
 
     fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> Option<f32> {
-        extrapolate(&mut self.levels[0].d, &mut self.previous, momentum, pool);
+        extrapolate(&mut self.levels[0].p, &mut self.previous, momentum, pool);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
-            sample_displacements(&fine[index - 1], &mut coarse[0], &mut self.before[index], pool);
+            sample_ends(&fine[index - 1], &mut coarse[0], &mut self.before[index], pool);
         }
         for index in (1..self.levels.len()).rev() {
             for _ in 0..coarse_sweeps(self.levels[index].size()) {
@@ -192,44 +194,44 @@ impl Levels for LatticeLevels {
     fn release(&mut self, pool: &Pool) {
         let finest = &mut self.levels[0];
         finest.measure_room(1.0 - 0.75 * self.deltas[0], &mut self.room, pool);
-        let (proposed, room) = (&self.proposed, &self.room);
-        finest.d.for_each_chunk(pool, |VectorsChunk { first, x, y, z }| {
-            let run = first..first + x.len();
-            let proposed = [&proposed.x, &proposed.y, &proposed.z].map(|column| &column[run.clone()]);
-            Arch::new().dispatch(Release { d: [x, y, z], proposed, room: &room[run.clone()] });
+        let (Level { x, p, .. }, room) = (finest, &self.room);
+        self.d.for_each_chunk(pool, |d| {
+            let run = d.first..d.first + d.x.len();
+            let x = [&x.x, &x.y, &x.z].map(|column| &column[run.clone()]);
+            let p = [&p.x, &p.y, &p.z].map(|column| &column[run.clone()]);
+            Arch::new().dispatch(Release { d: [d.x, d.y, d.z], x, p, room: &room[run] });
         });
     }
 
     fn motion(&mut self) -> Motion<'_> {
-        let Level { d, w, .. } = &mut self.levels[0];
-        Motion { d, weights: w }
+        Motion { d: &mut self.d, weights: &self.levels[0].w }
     }
 
-    fn store(&self, _: &Vectors, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool) {
-        store(&self.levels[0], self.first, ends, corrections, pool);
+    fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool) {
+        store(&self.levels[0], &self.d, self.first, positions, [ends, corrections], pool);
     }
 }
 
-/// d += momentum (d - previous), and the old d becomes the previous one.
-fn extrapolate(d: &mut Vectors, previous: &mut Vectors, momentum: f32, pool: &Pool) {
+/// p += momentum (p - previous), and the old p becomes the previous one.
+fn extrapolate(p: &mut Vectors, previous: &mut Vectors, momentum: f32, pool: &Pool) {
     if momentum == 0.0 {
-        previous.copy_on(d, pool);
+        previous.copy_on(p, pool);
         return;
     }
     previous.for_each_chunk(pool, |chunk| {
         let run = chunk.first..chunk.first + chunk.x.len();
-        let columns = [(chunk.x, &d.x), (chunk.y, &d.y), (chunk.z, &d.z)];
-        for (ahead, d) in columns {
-            Arch::new().dispatch(Ahead { ahead, d: &d[run.clone()], momentum });
+        let columns = [(chunk.x, &p.x), (chunk.y, &p.y), (chunk.z, &p.z)];
+        for (ahead, p) in columns {
+            Arch::new().dispatch(Ahead { ahead, p: &p[run.clone()], momentum });
         }
     });
-    std::mem::swap(d, previous);
+    std::mem::swap(p, previous);
 }
 
-/// previous := d + momentum (d - previous).
+/// previous := p + momentum (p - previous).
 struct Ahead<'a> {
     ahead: &'a mut [f32],
-    d: &'a [f32],
+    p: &'a [f32],
     momentum: f32,
 }
 
@@ -238,14 +240,15 @@ impl WithSimd for Ahead<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.ahead.iter_mut().zip(self.d).for_each(|(ahead, d)| *ahead = d + self.momentum * (d - *ahead));
+        self.ahead.iter_mut().zip(self.p).for_each(|(ahead, p)| *ahead = p + self.momentum * (p - *ahead));
     }
 }
 
-/// Moves particles towards their proposed displacements, each by its room at most.
+/// Corrects the proposed displacements: from X + D to P, but for what each particle has room to keep.
 struct Release<'a> {
     d: [&'a mut [f32]; 3],
-    proposed: [&'a [f32]; 3],
+    x: [&'a [f32]; 3],
+    p: [&'a [f32]; 3],
     room: &'a [f32],
 }
 
@@ -254,16 +257,17 @@ impl WithSimd for Release<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { d: [x, y, z], proposed: [to_x, to_y, to_z], room } = self;
-        let d = x.iter_mut().zip(y).zip(z);
-        let proposed = to_x.iter().zip(to_y).zip(to_z);
-        for ((((x, y), z), ((to_x, to_y), to_z)), room) in d.zip(proposed).zip(room) {
-            let way = [to_x - *x, to_y - *y, to_z - *z];
+        let Self { d: [u, v, w], x: [x, y, z], p: [p, q, r], room } = self;
+        let d = u.iter_mut().zip(v).zip(w);
+        let starts = x.iter().zip(y).zip(z);
+        let ends = p.iter().zip(q).zip(r);
+        for (((((u, v), w), ((x, y), z)), ((p, q), r)), room) in d.zip(starts).zip(ends).zip(room) {
+            let way = [p - (x + *u), q - (y + *v), r - (z + *w)];
             let length = (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]).sqrt();
-            let part = if length > *room { *room / length } else { 1.0 };
-            *x += part * way[0];
-            *y += part * way[1];
-            *z += part * way[2];
+            let part = if length > *room { 1.0 - *room / length } else { 0.0 };
+            *u += part * way[0];
+            *v += part * way[1];
+            *w += part * way[2];
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Displacements from a level to the next coarser one and back.
+//! From a level to the next coarser one and back.
 //!
 //! Coarse columns and rows are every second fine one, and the last. Going down, fields are sampled; coming back, what
 //! the coarse level added is interpolated linearly between its neighbours.
@@ -24,7 +24,7 @@ pub(super) fn parents(fine: usize, count: usize) -> [usize; 2] {
     if fine.is_multiple_of(2) || fine == count - 1 { [fine.div_ceil(2); 2] } else { [fine / 2, fine / 2 + 1] }
 }
 
-/// Copies the sampled positions of a fine level to a coarse one.
+/// Copies the places where a step begins from a fine level to a coarse one.
 pub(super) fn sample_start(fine: &Level, coarse: &mut Level, pool: &Pool) {
     let [columns, row_length] = [coarse.columns, coarse.row_length()];
     coarse.x.for_each_part(0..coarse.rows * row_length, BAND * row_length, pool, |x| {
@@ -34,14 +34,14 @@ pub(super) fn sample_start(fine: &Level, coarse: &mut Level, pool: &Pool) {
     });
 }
 
-/// Copies the sampled displacements of a fine level to a coarse one, and to `before`.
-pub(super) fn sample_displacements(fine: &Level, coarse: &mut Level, before: &mut Vectors, pool: &Pool) {
+/// Copies the places where it ends so far, and to `before`, too.
+pub(super) fn sample_ends(fine: &Level, coarse: &mut Level, before: &mut Vectors, pool: &Pool) {
     let [columns, row_length] = [coarse.columns, coarse.row_length()];
     let all = 0..coarse.rows * row_length;
-    coarse.d.for_each_part_of_two(before, all, BAND * row_length, pool, |d, before| {
-        let rows = [(&fine.d.x, d.x, before.x), (&fine.d.y, d.y, before.y), (&fine.d.z, d.z, before.z)];
+    coarse.p.for_each_part_of_two(before, all, BAND * row_length, pool, |p, before| {
+        let rows = [(&fine.p.x, p.x, before.x), (&fine.p.y, p.y, before.y), (&fine.p.z, p.z, before.z)];
         for (from, to, before) in rows {
-            Arch::new().dispatch(Sample { fine, columns, row_length, first: d.first / row_length, from, to });
+            Arch::new().dispatch(Sample { fine, columns, row_length, first: p.first / row_length, from, to });
             before.copy_from_slice(to);
         }
     });
@@ -86,21 +86,21 @@ impl WithSimd for Sample<'_> {
     }
 }
 
-/// Adds to the fine displacements what the coarse ones gained over `before`, which becomes that gain; what is held stays. `gained` is
+/// Adds to the fine ends what the coarse ones gained over `before`, which becomes that gain; what is held stays. `gained` is
 /// workspace: a coarse row of gains for every band of fine rows.
 pub(super) fn prolong(fine: &mut Level, coarse: &Level, before: &mut Vectors, gained: &mut [Vec<f32>], pool: &Pool) {
     before.for_each_chunk(pool, |VectorsChunk { first, x, y, z }| {
         let run = first..first + x.len();
-        for (before, now) in [(x, &coarse.d.x), (y, &coarse.d.y), (z, &coarse.d.z)] {
+        for (before, now) in [(x, &coarse.p.x), (y, &coarse.p.y), (z, &coarse.p.z)] {
             Arch::new().dispatch(Gain { before, now: &now[run.clone()] });
         }
     });
     let gains = &*before;
     let row_length = fine.row_length();
-    let Level { d, w, columns, rows, .. } = fine;
+    let Level { p, w, columns, rows, .. } = fine;
     let (columns, rows, w) = (*columns, *rows, &*w);
-    d.for_each_band(0..rows * row_length, BAND * row_length, gained, pool, |d, gained| {
-        Arch::new().dispatch(ProlongBand { d, w, columns, rows, row_length, coarse, gains, gained });
+    p.for_each_band(0..rows * row_length, BAND * row_length, gained, pool, |p, gained| {
+        Arch::new().dispatch(ProlongBand { p, w, columns, rows, row_length, coarse, gains, gained });
     });
 }
 
@@ -128,7 +128,7 @@ impl WithSimd for Gain<'_> {
 }
 
 struct ProlongBand<'a> {
-    d: VectorsChunk<'a>,
+    p: VectorsChunk<'a>,
     w: &'a [f32],
     columns: usize,
     rows: usize,
@@ -143,12 +143,12 @@ impl WithSimd for ProlongBand<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { d, w, columns, rows, row_length, coarse, gains, gained } = self;
+        let Self { p, w, columns, rows, row_length, coarse, gains, gained } = self;
         let (evens, odds) = (columns.div_ceil(2), columns / 2);
         // With an even number of columns the last one is sampled itself: it has the gain of the last coarse column.
         let between = if columns.is_multiple_of(2) { odds - 1 } else { odds };
-        let first_row = d.first / row_length;
-        for (target, gains) in [(d.x, &gains.x), (d.y, &gains.y), (d.z, &gains.z)] {
+        let first_row = p.first / row_length;
+        for (target, gains) in [(p.x, &gains.x), (p.y, &gains.y), (p.z, &gains.z)] {
             for (index, target) in target.chunks_mut(row_length).enumerate() {
                 let row = first_row + index;
                 gain_of_row(coarse, parents(row, rows), gains, gained);
