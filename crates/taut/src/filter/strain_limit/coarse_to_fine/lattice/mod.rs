@@ -15,7 +15,7 @@ use exchange::{load, store};
 use kernels::Pull;
 use level::Level;
 use tiles::Tiles;
-use transfer::{bands, coarsened, parents, prolong, sample_ends, sample_start, sampled};
+use transfer::{coarsened, parents, prolong, sample_ends, sample_start, sampled};
 
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; from this level on they turn little.
@@ -38,8 +38,8 @@ pub(super) struct LatticeLevels {
     levels: Vec<Level>,
     /// The particle that places are relative to.
     middle: usize,
-    /// Ends of each coarse level before it was swept; what it gained by that after that.
-    before: Vec<Vectors>,
+    /// What each coarse level has gained since it was sampled [m]: workspace.
+    gains: Vec<Vectors>,
     /// Displacements of the finest level: as they were proposed, and corrected in the end [m]. They are small, and places
     /// in single precision would round slow motion away.
     d: Vectors,
@@ -50,8 +50,6 @@ pub(super) struct LatticeLevels {
     anchors: Vec<Vec<Anchor>>,
     /// Where the finest level is still over its limit.
     tiles: Tiles,
-    /// Rows of gains on the way from a coarse level to a finer one.
-    gained: Vec<Vec<f32>>,
     backwards: bool,
     /// So many cycles to come are sure not to be the last.
     unmeasured: u32,
@@ -106,11 +104,10 @@ impl LatticeLevels {
         Self {
             first: lattice.first,
             middle: lattice.first + lattice.rows / 2 * lattice.columns + lattice.columns / 2,
-            before: levels.iter().map(|level| Vectors::zeros(level.p.len())).collect(),
+            gains: levels.iter().map(|level| Vectors::zeros(level.p.len())).collect(),
             previous: levels[0].p.clone(),
             d: levels[0].p.clone(),
             room: vec![0.0; levels[0].p.len()],
-            gained: vec![vec![0.0; levels[0].columns + 2]; bands(&levels[0])],
             tiles: Tiles::new(&levels[0]),
             levels,
             anchors,
@@ -159,14 +156,14 @@ impl Levels for LatticeLevels {
         extrapolate(&mut self.levels[0].p, &mut self.previous, momentum, pool);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
-            sample_ends(&fine[index - 1], &mut coarse[0], &mut self.before[index], pool);
+            sample_ends(&fine[index - 1], &mut coarse[0], pool);
         }
         for index in (1..self.levels.len()).rev() {
             for _ in 0..coarse_sweeps(self.levels[index].size()) {
                 self.sweep(index, pool);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
-            prolong(&mut fine[index - 1], &coarse[0], &mut self.before[index], &mut self.gained, pool);
+            prolong(&mut fine[index - 1], &coarse[0], &mut self.gains[index], pool);
         }
         self.sweep(0, pool);
         if self.unmeasured > 0 {

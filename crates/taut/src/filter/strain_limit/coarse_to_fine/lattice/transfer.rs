@@ -6,7 +6,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::level::Level;
-use crate::geometry::{Pool, Vectors, VectorsChunk};
+use crate::geometry::{Pool, Vectors};
 
 /// How many coarse columns (or rows) `count` fine ones have.
 pub(super) fn coarsened(count: usize) -> usize {
@@ -34,15 +34,12 @@ pub(super) fn sample_start(fine: &Level, coarse: &mut Level, pool: &Pool) {
     });
 }
 
-/// Copies the places where it ends so far, and to `before`, too.
-pub(super) fn sample_ends(fine: &Level, coarse: &mut Level, before: &mut Vectors, pool: &Pool) {
+/// Copies the places where it ends so far.
+pub(super) fn sample_ends(fine: &Level, coarse: &mut Level, pool: &Pool) {
     let [columns, row_length] = [coarse.columns, coarse.row_length()];
-    let all = 0..coarse.rows * row_length;
-    coarse.p.for_each_part_of_two(before, all, BAND * row_length, pool, |p, before| {
-        let rows = [(&fine.p.x, p.x, before.x), (&fine.p.y, p.y, before.y), (&fine.p.z, p.z, before.z)];
-        for (from, to, before) in rows {
+    coarse.p.for_each_part(0..coarse.rows * row_length, BAND * row_length, pool, |p| {
+        for (from, to) in [(&fine.p.x, p.x), (&fine.p.y, p.y), (&fine.p.z, p.z)] {
             Arch::new().dispatch(Sample { fine, columns, row_length, first: p.first / row_length, from, to });
-            before.copy_from_slice(to);
         }
     });
 }
@@ -86,36 +83,41 @@ impl WithSimd for Sample<'_> {
     }
 }
 
-/// Adds to the fine ends what the coarse ones gained over `before`, which becomes that gain; what is held stays. `gained` is
-/// workspace: a coarse row of gains for every band of fine rows.
-pub(super) fn prolong(fine: &mut Level, coarse: &Level, before: &mut Vectors, gained: &mut [Vec<f32>], pool: &Pool) {
-    before.for_each_chunk(pool, |VectorsChunk { first, x, y, z }| {
-        let run = first..first + x.len();
-        for (before, now) in [(x, &coarse.p.x), (y, &coarse.p.y), (z, &coarse.p.z)] {
-            Arch::new().dispatch(Gain { before, now: &now[run.clone()] });
+/// Adds to the fine ends what the coarse ones have gained since they were sampled; what is held stays. `gains` is workspace: as many
+/// as the coarse level has places, columns in order.
+pub(super) fn prolong(fine: &mut Level, coarse: &Level, gains: &mut Vectors, pool: &Pool) {
+    let row_length = coarse.row_length();
+    gains.for_each_part(0..coarse.rows * row_length, BAND * row_length, pool, |gains| {
+        let first = gains.first / row_length;
+        let columns = [(&fine.p.x, &coarse.p.x, gains.x), (&fine.p.y, &coarse.p.y, gains.y), (&fine.p.z, &coarse.p.z, gains.z)];
+        for (before, now, gains) in columns {
+            Arch::new().dispatch(Gain { fine, coarse, first, before, now, gains });
         }
     });
-    let gains = &*before;
+    let gains = &*gains;
     let row_length = fine.row_length();
     let Level { p, w, columns, rows, .. } = fine;
-    let (columns, rows, w) = (*columns, *rows, &*w);
-    p.for_each_band(0..rows * row_length, BAND * row_length, gained, pool, |p, gained| {
-        Arch::new().dispatch(ProlongBand { p, w, columns, rows, row_length, coarse, gains, gained });
+    let [columns, rows] = [*columns, *rows];
+    p.for_each_part(0..rows * row_length, BAND * row_length, pool, |p| {
+        let first = p.first / row_length;
+        for (gains, p) in [(&gains.x, p.x), (&gains.y, p.y), (&gains.z, p.z)] {
+            Arch::new().dispatch(Prolong { w, columns, rows, row_length, coarse, first, gains, p });
+        }
     });
 }
 
-/// How many bands [`prolong`] has for a fine level.
-pub(super) fn bands(fine: &Level) -> usize {
-    fine.rows.div_ceil(BAND)
-}
-
-/// Fine rows in a band.
+/// Rows in a band.
 const BAND: usize = 32;
 
-/// before := now - before.
+/// Some rows of gains: coarse ends less fine ones.
 struct Gain<'a> {
-    before: &'a mut [f32],
+    fine: &'a Level,
+    coarse: &'a Level,
+    /// The first coarse row.
+    first: usize,
+    before: &'a [f32],
     now: &'a [f32],
+    gains: &'a mut [f32],
 }
 
 impl WithSimd for Gain<'_> {
@@ -123,71 +125,69 @@ impl WithSimd for Gain<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.before.iter_mut().zip(self.now).for_each(|(before, now)| *before = now - *before);
+        let Self { fine, coarse, first, before, now, gains } = self;
+        for (index, gains) in gains.chunks_mut(coarse.row_length()).enumerate() {
+            let (row, fine_row) = (first + index, sampled(first + index, fine.rows));
+            let [even, odd] = [coarse.place(0, row), coarse.place(1, row)];
+            let fine_even = fine.place(0, fine_row);
+            let before_row = &before[fine_even..fine_even + fine.columns.div_ceil(2)];
+            let ((gains_of_pairs, _), (pairs, rest)) = (gains.as_chunks_mut::<2>(), before_row.as_chunks::<2>());
+            let (evens, odds) = (&now[even..even + pairs.len()], &now[odd..odd + pairs.len()]);
+            for ((gain, pair), (even, odd)) in gains_of_pairs.iter_mut().zip(pairs).zip(evens.iter().zip(odds)) {
+                *gain = [even - pair[0], odd - pair[1]];
+            }
+            let column = 2 * pairs.len();
+            if let [before] = rest {
+                gains[column] = now[coarse.place(column, row)] - before;
+            }
+            // With an even number of columns the last one is an odd one.
+            let last = coarse.columns - 1;
+            gains[last] = now[coarse.place(last, row)] - before[fine.place(fine.columns - 1, fine_row)];
+        }
     }
 }
 
-struct ProlongBand<'a> {
-    p: VectorsChunk<'a>,
+/// Some rows of a fine level.
+struct Prolong<'a> {
     w: &'a [f32],
     columns: usize,
     rows: usize,
     row_length: usize,
     coarse: &'a Level,
-    gains: &'a Vectors,
-    gained: &'a mut [f32],
+    /// The first fine row.
+    first: usize,
+    gains: &'a [f32],
+    p: &'a mut [f32],
 }
 
-impl WithSimd for ProlongBand<'_> {
+impl WithSimd for Prolong<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { p, w, columns, rows, row_length, coarse, gains, gained } = self;
+        let Self { w, columns, rows, row_length, coarse, first, gains, p } = self;
         let (evens, odds) = (columns.div_ceil(2), columns / 2);
         // With an even number of columns the last one is sampled itself: it has the gain of the last coarse column.
         let between = if columns.is_multiple_of(2) { odds - 1 } else { odds };
-        let first_row = p.first / row_length;
-        for (target, gains) in [(p.x, &gains.x), (p.y, &gains.y), (p.z, &gains.z)] {
-            for (index, target) in target.chunks_mut(row_length).enumerate() {
-                let row = first_row + index;
-                gain_of_row(coarse, parents(row, rows), gains, gained);
-                let (even_w, odd_w) = w[row * row_length..(row + 1) * row_length].split_at(row_length / 2);
-                let (even, odd) = target.split_at_mut(row_length / 2);
-                for ((target, w), gain) in even[..evens].iter_mut().zip(&even_w[..evens]).zip(&gained[..evens]) {
-                    *target += if *w > 0.0 { *gain } else { 0.0 };
-                }
-                let sides = gained[..between].iter().zip(&gained[1..=between]);
-                for ((target, w), (left, right)) in odd[..between].iter_mut().zip(&odd_w[..between]).zip(sides) {
-                    *target += if *w > 0.0 { 0.5 * (left + right) } else { 0.0 };
-                }
-                if between < odds && odd_w[between] > 0.0 {
-                    odd[between] += gained[odds];
-                }
+        let gains_of = |row: usize| &gains[row * coarse.row_length()..][..coarse.columns];
+        for (row, p) in (first..).zip(p.chunks_mut(row_length)) {
+            let w = &w[row * row_length..(row + 1) * row_length];
+            let [one, other] = parents(row, rows);
+            let (one, other) = (gains_of(one), gains_of(other));
+            let (even, odd) = p.split_at_mut(row_length / 2);
+            let (even_w, odd_w) = w.split_at(row_length / 2);
+            // The mean of a row and itself is that row to the last bit.
+            let means = one.iter().zip(other);
+            for ((p, w), (one, other)) in even[..evens].iter_mut().zip(even_w).zip(means.clone()) {
+                *p += if *w > 0.0 { 0.5 * (one + other) } else { 0.0 };
+            }
+            let sides = means.clone().zip(means.clone().skip(1));
+            for ((p, w), ((one, other), (one_right, other_right))) in odd[..between].iter_mut().zip(odd_w).zip(sides) {
+                *p += if *w > 0.0 { 0.5 * (0.5 * (one + other) + 0.5 * (one_right + other_right)) } else { 0.0 };
+            }
+            if between < odds && odd_w[between] > 0.0 {
+                odd[between] += 0.5 * (one[odds] + other[odds]);
             }
         }
-    }
-}
-
-/// The mean gain of two coarse rows, or of one twice, columns in order.
-#[inline(always)]
-fn gain_of_row(coarse: &Level, [one, other]: [usize; 2], gains: &[f32], gained: &mut [f32]) {
-    let run = |row: usize, odd: usize| {
-        let first = coarse.place(odd, row);
-        gains[first..first + (coarse.columns - odd).div_ceil(2)].iter()
-    };
-    let (pairs, rest) = gained[..coarse.columns].as_chunks_mut::<2>();
-    if one == other {
-        for (pair, (even, odd)) in pairs.iter_mut().zip(run(one, 0).zip(run(one, 1))) {
-            *pair = [*even, *odd];
-        }
-    } else {
-        let terms = run(one, 0).zip(run(other, 0)).zip(run(one, 1).zip(run(other, 1)));
-        for (pair, ((even, even_other), (odd, odd_other))) in pairs.iter_mut().zip(terms) {
-            *pair = [0.5 * (even + even_other), 0.5 * (odd + odd_other)];
-        }
-    }
-    if let ([last], Some(a), Some(b)) = (rest, run(one, 0).next_back(), run(other, 0).next_back()) {
-        *last = 0.5 * (a + b);
     }
 }

@@ -1,5 +1,7 @@
 //! How the cloth is doing: a glance after every step, a full examination on demand.
 
+mod grid;
+
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
@@ -10,6 +12,7 @@ use crate::forces::{bending_energy, curved_energy, elastic_energy};
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::Model;
 use crate::state::{State, longest_of, measure, measure_squares};
+use grid::GridSprings;
 
 /// What a step did and where it led.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -80,10 +83,13 @@ impl WithSimd for AllFinite<'_> {
     }
 }
 
-/// Workspace: a partial result for every chunk, combined in chunk order.
+/// Workspace: a partial result for every part, combined in their order.
 #[derive(Debug)]
 pub struct Health {
-    springs: Vec<SpringPart>,
+    /// Bands of grids, then chunks of the other springs.
+    grids: Vec<GridSprings>,
+    bands: Vec<(usize, usize, SpringPart)>,
+    chunks: Vec<(Range<usize>, SpringPart)>,
     particles: Vec<ParticlePart>,
 }
 
@@ -108,8 +114,22 @@ impl Health {
     /// Workspace for a model.
     #[must_use]
     pub fn new(model: &Model) -> Self {
+        let of_grids = model.cloths.iter().filter_map(|cloth| Some((cloth, cloth.lattice?)));
+        let grids: Vec<_> = of_grids.clone().map(|(cloth, lattice)| GridSprings::new(model, cloth, lattice)).collect();
+        let bands = |(index, grid): (usize, &GridSprings)| {
+            (0..grid.bands(model)).map(move |band| (index, band, SpringPart::default())).collect::<Vec<_>>()
+        };
+        let ends = of_grids.clone().map(|(cloth, _)| cloth.springs.end);
+        let begins = of_grids.map(|(cloth, _)| cloth.springs.start).chain([model.springs.len()]);
+        let others = std::iter::once(0).chain(ends).zip(begins).map(|(start, end)| start..end);
+        let chunks = |run: Range<usize>| {
+            let chunk = move |first| (first..run.end.min(first + CHUNK), SpringPart::default());
+            run.clone().step_by(CHUNK).map(chunk).collect::<Vec<_>>()
+        };
         Self {
-            springs: vec![SpringPart::default(); model.springs.len().div_ceil(CHUNK)],
+            bands: grids.iter().enumerate().flat_map(bands).collect(),
+            chunks: others.flat_map(chunks).collect(),
+            grids,
             particles: vec![ParticlePart::default(); model.particle_count().div_ceil(CHUNK)],
         }
     }
@@ -117,11 +137,23 @@ impl Health {
 
 /// Examines a state.
 pub fn inspect(model: &Model, state: &State, health: &mut Health, pool: &Pool) -> StateReport {
-    for_each_part(&mut health.springs, pool, |chunk, part| *part = springs_of(chunk, model, state));
-    for_each_part(&mut health.particles, pool, |chunk, part| *part = particles_of(chunk, model, state));
+    let Health { grids, bands, chunks, particles } = health;
+    let spread = pool.pays_for(model.particle_count());
+    for_each_part(bands, spread, |_, (grid, band, part)| *part = grids[*grid].examine(model, &state.positions, *band));
+    for_each_part(chunks, spread, |_, (run, part)| *part = springs_of(run.clone(), model, state));
+    for_each_part(particles, spread, |chunk, part| *part = particles_of(chunk, model, state));
     let mut report = StateReport::default();
     let mut worst = 0.0;
-    for part in &health.springs {
+    let mut in_band = None;
+    for (grid, band, part) in bands {
+        if part.worst > worst {
+            worst = part.worst;
+            in_band = Some((*grid, *band));
+        }
+        report.elastic_energy += part.elastic;
+    }
+    report.worst_spring = in_band.and_then(|(grid, band)| grids[grid].find(model, &state.positions, band, worst));
+    for (_, part) in chunks {
         if part.worst > worst {
             worst = part.worst;
             report.worst_spring = Some(part.spring);
@@ -131,7 +163,7 @@ pub fn inspect(model: &Model, state: &State, health: &mut Health, pool: &Pool) -
     if report.worst_spring.is_some() {
         report.worst_stretch = f64::from(worst).sqrt() - 1.0;
     }
-    for part in &health.particles {
+    for part in particles {
         report.kinetic_energy += part.kinetic;
         report.potential_energy += part.potential;
         report.elastic_energy += part.elastic;
@@ -140,17 +172,16 @@ pub fn inspect(model: &Model, state: &State, health: &mut Health, pool: &Pool) -
     report
 }
 
-fn for_each_part<T: Send>(parts: &mut [T], pool: &Pool, work: impl Fn(usize, &mut T) + Sync) {
-    if pool.pays_for(parts.len() * CHUNK) {
-        parts.par_iter_mut().enumerate().for_each(|(chunk, part)| work(chunk, part));
+fn for_each_part<T: Send>(parts: &mut [T], in_parallel: bool, work: impl Fn(usize, &mut T) + Sync) {
+    if in_parallel {
+        parts.par_iter_mut().enumerate().for_each(|(index, part)| work(index, part));
     } else {
-        parts.iter_mut().enumerate().for_each(|(chunk, part)| work(chunk, part));
+        parts.iter_mut().enumerate().for_each(|(index, part)| work(index, part));
     }
 }
 
-fn springs_of(chunk: usize, model: &Model, state: &State) -> SpringPart {
+fn springs_of(run: Range<usize>, model: &Model, state: &State) -> SpringPart {
     let springs = &model.springs;
-    let run = chunk * CHUNK..springs.len().min((chunk + 1) * CHUNK);
     let mut squares = [0.0; CHUNK];
     let squares = &mut squares[..run.len()];
     measure_squares(model, run.clone(), &state.positions, squares);
