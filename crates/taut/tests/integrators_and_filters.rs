@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Simulation, chain_links, mesh_scene, model, network, scene_of};
+use common::{Simulation, chain_links, mesh_scene, model, network, scene_of, sheet};
 use glam::Vec3;
 use serde_json::{Value, json};
 use taut::model::{MeshData, Model};
@@ -110,17 +110,20 @@ fn every_integrator_runs_with_sweeps_and_with_no_filter() {
 #[test]
 fn all_integrators_agree_where_steps_are_short() {
     let middle = |integrator: &str| {
-        let sheet = json!({ "grid": { "size": [1.0, 1.0], "cells": [12, 12] }, "pins": [{ "corner": "top-left" }] });
-        let mut scene = scene_of(sheet, 120, "coarse_to_fine", 9.81);
+        // Level: upright, it would fold in its plane, any way.
+        let mut scene = scene_of(sheet([12, 12], 0.1, json!([{ "corner": "top-left" }])), 120, "coarse_to_fine", 9.81);
         (scene["solver"]["integrator"], scene["solver"]["force_step"]) = (json!(integrator), json!(true));
         let mut run = Simulation::new(&scene);
         run.steps(120 * 20);
         run.state.positions.iter().sum::<Vec3>() / run.model.particle_count() as f32
     };
     let reference = middle("rk4");
+    assert!(reference.z < -0.4, "the cloth falls by {} m", -reference.z);
     for integrator in INTEGRATORS {
         let apart = middle(integrator).distance(reference);
-        assert!(apart < 0.004, "{integrator}: the centres part by {apart} m in a third of a second");
+        // Two of them let vibrations grow.
+        let tolerance = if ["forward_euler", "midpoint"].contains(&integrator) { 0.01 } else { 0.001 };
+        assert!(apart < tolerance, "{integrator}: the centres part by {apart} m in a third of a second");
     }
 }
 

@@ -77,15 +77,30 @@ impl GridSprings {
         SpringPart { worst, spring: 0, elastic }
     }
 
-    /// The first spring of a band whose (|X_uv| / L)^2 is `worst`.
+    /// A spring of a band whose (|X_uv| / L)^2 is `worst`.
     pub fn find(&self, model: &Model, positions: &Vectors, band: usize, worst: f32) -> Option<u32> {
         let lattice = &model.lattices[self.lattice];
-        let ends = rows_of(lattice, band).flat_map(|row| self.runs(lattice, row)).flatten().find_map(|([a, b], constants)| {
-            let ratio = |i: usize| squares::<1>(positions, [a + i, b + i])[0] * constants.inverse_square[i];
-            (0..constants.rest.len()).find(|i| ratio(*i) == worst).map(|i| [(a + i) as u32, (b + i) as u32])
-        })?;
-        let mut springs = self.springs.clone();
-        springs.find(|spring| model.springs.ends[*spring] == ends).map(|spring| spring as u32)
+        rows_of(lattice, band).find_map(|row| {
+            let runs = self.runs(lattice, row).into_iter().enumerate();
+            runs.filter_map(|(kind, run)| Some((kind, run?))).find_map(|(kind, ([a, b], constants))| {
+                let ratio = |i: usize| squares::<1>(positions, [a + i, b + i])[0] * constants.inverse_square[i];
+                let place = (0..constants.rest.len()).find(|i| ratio(*i) == worst)?;
+                Some(self.spring(lattice, kind, row, place))
+            })
+        })
+    }
+
+    /// The number of a spring, in the order in which grids are built: all along rows, all straight up, the diagonals in turn.
+    fn spring(&self, lattice: &Lattice, kind: usize, row: usize, place: usize) -> u32 {
+        let Lattice { columns, rows, .. } = *lattice;
+        let along = rows * (columns - 1);
+        let up = (rows - 1) * columns;
+        let number = match kind {
+            0 => row * (columns - 1) + place,
+            1 => along + row * columns + place,
+            _ => along + up + 2 * (row * (columns - 1) + place) + (kind - 2),
+        };
+        (self.springs.start + number) as u32
     }
 
     /// Where the springs that begin at a row have their first ends, and their constants.

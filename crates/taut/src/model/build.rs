@@ -220,6 +220,7 @@ impl Assembly {
             lattice: None,
             hierarchy: None,
             rates: Vec::new(),
+            heaviest: 0.0,
         });
         Ok(())
     }
@@ -323,6 +324,7 @@ fn hierarchies(
             hierarchies.push(Hierarchy::new(range, particles, springs, triangles));
         }
         let finest = LevelRate { frequency_squared: rates.frequency_squared, damping: rates.damping, moving: 1.0 };
+        range.heaviest = particles.heaviest(range);
         range.rates = match (&cloth.grid, range.hierarchy) {
             (Some(grid), None) => hierarchy::of_grid(grid.cells, particles.free_masses(range), finest),
             (_, Some(index)) if cloth.network.is_none() => {

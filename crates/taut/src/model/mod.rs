@@ -110,6 +110,8 @@ pub struct ClothRange {
     pub hierarchy: Option<usize>,
     /// How fast each of its levels can vibrate, the finest first; none where masses are never scaled.
     pub rates: Vec<LevelRate>,
+    /// The part of its free mass that its heaviest particle has beyond four times the mean [1].
+    pub heaviest: f64,
 }
 
 /// How fast a level of a cloth can vibrate at most.
@@ -176,6 +178,13 @@ impl Particles {
         let weights = &self.inverse_mass[cloth.particles()];
         weights.iter().map(|&weight| if weight > 0.0 { 1.0 / f64::from(weight) } else { 0.0 }).collect()
     }
+
+    /// The part of a cloth's free mass that its heaviest particle has beyond four times the mean [1].
+    fn heaviest(&self, cloth: &ClothRange) -> f64 {
+        let masses = self.free_masses(cloth);
+        let (sum, most) = masses.iter().fold((0.0, 0.0), |(sum, most), mass| (sum + mass, mass.max(most)));
+        (most / sum.max(f64::MIN_POSITIVE) - 4.0 / masses.len() as f64).max(0.0)
+    }
 }
 
 /// A spring as one of its ends sees it.
@@ -206,6 +215,8 @@ pub struct Timing {
     pub damping_stages: u32,
     /// How grids and meshes take a step, if with scaled masses.
     pub scaled: Option<ScaledTiming>,
+    /// What "auto" would take for h if springs took parts of it and no cloth were weighted at a point [s].
+    pub unhurried: f64,
     /// Largest stable step [s]; infinite if nothing acts.
     pub bound: f64,
 }

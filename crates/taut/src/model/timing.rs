@@ -10,6 +10,9 @@ const SAFETY: f64 = 0.9;
 const LONGEST: f64 = 1.0 / 60.0;
 /// Under limits tighter than this [1] it shrinks with their cube root.
 const ROOMY: f64 = 0.05;
+/// Where a particle has a part s of the mass of a cloth, "auto" takes 1 + 28 s times as many steps: it throws the cloth about, and
+/// single steps leave the motion. Measured (docs/decisions/coarse-to-fine.md).
+const HURRY: f64 = 28.0;
 /// The longest part of a step that springs with scaled masses take [s]: vibrations that are slower than this are as they should be.
 const SCALED_PART: f64 = 1.0 / 180.0;
 /// How much larger the largest eigenvalue of springs with scaled masses may be than that of each level, with its share.
@@ -50,7 +53,9 @@ pub(super) fn timing(scene: &Scene, rates: &Rates, cloths: &[ClothRange]) -> Res
     let frame = 1.0 / scene.fps;
     let longest = if divided { longest_divided(scene, rates, cloths, bound) } else { longest_whole(scene, rates, bound) };
     // A frame that is a whole number of longest steps but for rounding needs no further one.
-    let enough = (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
+    let steps = |longest: f64| (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
+    let unhurried = if divided { frame / steps(longest) } else { longest_scaled(scene) };
+    let enough = steps(if divided { longest / hurry(cloths) } else { longest });
     let substeps = match scene.solver.substeps {
         Substeps::Auto if enough > MOST_STEPS => {
             let problem = format!(
@@ -77,10 +82,10 @@ pub(super) fn timing(scene: &Scene, rates: &Rates, cloths: &[ClothRange]) -> Res
     };
     let step_length = frame / f64::from(substeps);
     if divided {
-        return divide(Timing { substeps, step_length, bound, ..Timing::default() }, rates, cloths);
+        return divide(Timing { substeps, step_length, unhurried, bound, ..Timing::default() }, rates, cloths);
     }
     let damping_stages = u32::from(rates.damping > 0.0);
-    Ok(Timing { substeps, step_length, spring_steps: 1, springs_ahead: 0.0, damping_stages, scaled: None, bound })
+    Ok(Timing { substeps, step_length, spring_steps: 1, damping_stages, unhurried, bound, ..Timing::default() })
 }
 
 /// What is to be said about an integrator that lets vibrations grow; nothing about others.
@@ -116,14 +121,24 @@ fn is_divided(scene: &Scene) -> bool {
     scene.solver.filter == FilterKind::CoarseToFine && scene.solver.integrator == IntegratorKind::Euler
 }
 
+/// The tightest strain limit [1].
+fn tightest(scene: &Scene) -> f64 {
+    scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(1.0, f64::min)
+}
+
+/// The longest step of "auto" where masses can be scaled and the air does not bound it [s].
+fn longest_scaled(scene: &Scene) -> f64 {
+    LONGEST * (tightest(scene) / ROOMY).cbrt().min(1.0)
+}
+
 /// The longest step of "auto" where it is divided further [s].
 fn longest_divided(scene: &Scene, rates: &Rates, cloths: &[ClothRange], bound: f64) -> f64 {
-    let limit = scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(1.0, f64::min);
+    let limit = tightest(scene);
     let scales = |step: f64| {
         let (unscaled, _) = spring_steps(step, rates);
         unscaled <= PARTS || scaled(step, unscaled, cloths).is_some()
     };
-    let with_scaling = (LONGEST * (limit / ROOMY).cbrt().min(1.0)).min(SAFETY * bound);
+    let with_scaling = longest_scaled(scene).min(SAFETY * bound);
     let longest = if cloths.iter().all(|cloth| !cloth.rates.is_empty()) && scales(with_scaling) {
         with_scaling
     } else {
@@ -133,6 +148,12 @@ fn longest_divided(scene: &Scene, rates: &Rates, cloths: &[ClothRange], bound: f
         LONGEST_UNSCALED.min(by_limit.max(spring_step))
     };
     longest.min(SAFETY * bound)
+}
+
+/// How many times as many steps cloths take that are weighted at a point.
+fn hurry(cloths: &[ClothRange]) -> f64 {
+    let scaled = cloths.iter().filter(|cloth| !cloth.rates.is_empty());
+    (1.0 + HURRY * scaled.map(|cloth| cloth.heaviest).fold(0.0, f64::max)).round()
 }
 
 /// The longest step of "auto" that all forces take whole [s].

@@ -95,9 +95,10 @@ impl Unit {
     fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
         let largest = if cloth.rates.is_empty() { LARGEST_BACK_OFF_UNSCALED } else { LARGEST_BACK_OFF };
-        let delta = BACK_OFF.min(largest * strain) / (1.0 + strain);
+        let shrunk = back_off_of_step(model, cloth);
+        let delta = (BACK_OFF * shrunk).min(largest * strain) / (1.0 + strain);
         let mut levels: Box<dyn Levels> = match cloth.lattice {
-            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta)),
+            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
             None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
         let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * delta);
@@ -150,6 +151,14 @@ impl Unit {
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
     }
+}
+
+/// What is left of back-offs in steps that are shorter than automatic ones [1]: their root. What a step takes back too far is
+/// lost, and more steps would lose more of the motion; but with back-offs in proportion to the step cycles do not end where
+/// masses differ.
+fn back_off_of_step(model: &Model, cloth: &ClothRange) -> f32 {
+    let relative = model.timing.step_length / model.timing.unhurried;
+    if cloth.rates.is_empty() { 1.0 } else { relative.min(1.0).sqrt() as f32 }
 }
 
 /// How often a coarse level of so many particles is swept.

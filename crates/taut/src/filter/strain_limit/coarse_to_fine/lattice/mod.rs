@@ -67,9 +67,10 @@ struct Anchor {
 }
 
 impl LatticeLevels {
-    /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it, but no more than [`FURTHEST`].
-    pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32) -> Self {
-        let furthest = FURTHEST / (strain_limit / ROOMY).cbrt().min(1.0);
+    /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it, but no more than [`FURTHEST`] times
+    /// `shrunk`.
+    pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32, shrunk: f32) -> Self {
+        let furthest = shrunk * FURTHEST / (strain_limit / ROOMY).cbrt().min(1.0);
         let at = |i: usize, j: usize| model.particles.rest.get(lattice.first + j * lattice.columns + i).as_dvec3();
         let mut columns: Vec<f64> = (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect();
         let mut rows: Vec<f64> = (0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect();
