@@ -49,7 +49,7 @@ pub struct StateReport {
 /// The glance after every step: no square roots, no energies, vector registers where the cloth is a grid.
 #[must_use]
 pub fn glance(model: &Model, state: &State, limited: Limited, pool: &Pool) -> StepReport {
-    let mut report = StepReport { limited, finite: all_finite(&state.positions), ..StepReport::default() };
+    let mut report = StepReport { limited, finite: all_finite(&state.positions, pool), ..StepReport::default() };
     let mut worst = None;
     for (index, cloth) in model.cloths.iter().enumerate().filter(|(_, cloth)| !cloth.springs.is_empty()) {
         let limit = 1.0 + f64::from(model.springs.strain_limit[cloth.springs.start]);
@@ -63,12 +63,14 @@ pub fn glance(model: &Model, state: &State, limited: Limited, pool: &Pool) -> St
 }
 
 /// A velocity that is not finite has made its position so in the same step.
-fn all_finite(positions: &Vectors) -> bool {
-    let columns = [&positions.x, &positions.y, &positions.z];
-    Arch::new().dispatch(AllFinite(columns.map(|column| column.as_slice())))
+fn all_finite(positions: &Vectors, pool: &Pool) -> bool {
+    let finite = |run: &[f32]| Arch::new().dispatch(AllFinite(run));
+    [&positions.x, &positions.y, &positions.z].into_iter().all(|column| {
+        if pool.pays_for(column.len()) { column.par_chunks(4 * CHUNK).all(finite) } else { finite(column) }
+    })
 }
 
-struct AllFinite<'a>([&'a [f32]; 3]);
+struct AllFinite<'a>(&'a [f32]);
 
 impl WithSimd for AllFinite<'_> {
     type Output = bool;
@@ -76,10 +78,8 @@ impl WithSimd for AllFinite<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
         const EXPONENT: u32 = 0x7f80_0000;
-        self.0.iter().all(|column| {
-            let wrong = column.iter().fold(0, |wrong, value| wrong | u32::from(value.to_bits() & EXPONENT == EXPONENT));
-            wrong == 0
-        })
+        let wrong = self.0.iter().fold(0, |wrong, value| wrong | u32::from(value.to_bits() & EXPONENT == EXPONENT));
+        wrong == 0
     }
 }
 

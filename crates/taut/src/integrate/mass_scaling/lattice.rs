@@ -77,9 +77,13 @@ impl Levels for LatticeLevels {
             let coarser = coarser.first().filter(|_| index + 1 < levels);
             let Grid { columns, rows, weights, field } = &mut grids[index];
             let (columns, rows, share) = (*columns, *rows, shares[index + 1]);
-            for column in [&mut field.x, &mut field.y, &mut field.z] {
-                column.iter_mut().zip(&*weights).for_each(|(value, weight)| *value *= share * weight);
-            }
+            let weights = &*weights;
+            field.for_each_chunk(pool, |VectorsChunk { first, x, y, z }| {
+                let weights = &weights[first..first + x.len()];
+                for column in [x, y, z] {
+                    Arch::new().dispatch(Weigh { column, share, weights });
+                }
+            });
             if let Some(coarser) = coarser {
                 field.for_each_band(0..columns * rows, BAND * columns, scratch, pool, |out, row| {
                     Arch::new().dispatch(Prolong { out, first: 0, columns, rows, coarser, row });
@@ -139,6 +143,22 @@ impl WithSimd for Restrict<'_> {
                 gather(row, out);
             }
         }
+    }
+}
+
+/// Multiplies sums of M V by what a level adds of them: its share, by its masses.
+struct Weigh<'a> {
+    column: &'a mut [f32],
+    share: f32,
+    weights: &'a [f32],
+}
+
+impl WithSimd for Weigh<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.column.iter_mut().zip(self.weights).for_each(|(value, weight)| *value *= self.share * weight);
     }
 }
 

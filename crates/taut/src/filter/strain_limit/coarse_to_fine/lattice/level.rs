@@ -9,6 +9,7 @@
 use std::iter::repeat_n;
 use std::ops::Range;
 
+use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -32,6 +33,8 @@ pub(super) struct Level {
     pub p: Vectors,
     /// Inverse masses, zero for what is held.
     pub w: Vec<f32>,
+    /// Where what is held is kept, and workspace for where it ends.
+    pub held: Vec<(usize, Vec3)>,
     /// Length of half a row in memory.
     stride: usize,
     /// Greatest lengths [m] along a row: of the springs that begin at even columns, at odd columns.
@@ -93,6 +96,7 @@ impl Level {
             x: Vectors::zeros(size),
             p: Vectors::zeros(size),
             w: vec![0.0; size],
+            held: Vec::new(),
             stride,
             across: along(0.0),
             up: gaps.map(|gap| Lengths::new(repeat_n((stretch * gap) as f32, evens.next_multiple_of(BLOCK)))),

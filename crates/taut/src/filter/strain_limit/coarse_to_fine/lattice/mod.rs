@@ -6,6 +6,7 @@ mod level;
 mod tiles;
 mod transfer;
 
+use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{Levels, Motion, coarse_sweeps};
@@ -87,6 +88,9 @@ impl LatticeLevels {
             for (index, &weight) in weights.iter().enumerate() {
                 let place = level.place(index % columns.len(), index / columns.len());
                 level.w[place] = weight as f32;
+                if weight == 0.0 {
+                    level.held.push((place, Vec3::ZERO));
+                }
             }
             let finest = levels.first().unwrap_or(&level);
             anchors.push(anchors_of(&level, finest, &held, [&columns, &rows], [&finest_columns, &finest_rows], stretch));

@@ -96,14 +96,16 @@ pub(super) fn prolong(fine: &mut Level, coarse: &Level, gains: &mut Vectors, poo
     });
     let gains = &*gains;
     let row_length = fine.row_length();
-    let Level { p, w, columns, rows, .. } = fine;
+    let Level { p, held, columns, rows, .. } = fine;
     let [columns, rows] = [*columns, *rows];
+    held.iter_mut().for_each(|(place, end)| *end = p.get(*place));
     p.for_each_part(0..rows * row_length, BAND * row_length, pool, |p| {
         let first = p.first / row_length;
         for (gains, p) in [(&gains.x, p.x), (&gains.y, p.y), (&gains.z, p.z)] {
-            Arch::new().dispatch(Prolong { w, columns, rows, row_length, coarse, first, gains, p });
+            Arch::new().dispatch(Prolong { columns, rows, row_length, coarse, first, gains, p });
         }
     });
+    held.iter().for_each(|(place, end)| p.set(*place, *end));
 }
 
 /// Rows in a band.
@@ -149,7 +151,6 @@ impl WithSimd for Gain<'_> {
 
 /// Some rows of a fine level.
 struct Prolong<'a> {
-    w: &'a [f32],
     columns: usize,
     rows: usize,
     row_length: usize,
@@ -165,27 +166,25 @@ impl WithSimd for Prolong<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { w, columns, rows, row_length, coarse, first, gains, p } = self;
+        let Self { columns, rows, row_length, coarse, first, gains, p } = self;
         let (evens, odds) = (columns.div_ceil(2), columns / 2);
         // With an even number of columns the last one is sampled itself: it has the gain of the last coarse column.
         let between = if columns.is_multiple_of(2) { odds - 1 } else { odds };
         let gains_of = |row: usize| &gains[row * coarse.row_length()..][..coarse.columns];
         for (row, p) in (first..).zip(p.chunks_mut(row_length)) {
-            let w = &w[row * row_length..(row + 1) * row_length];
             let [one, other] = parents(row, rows);
             let (one, other) = (gains_of(one), gains_of(other));
             let (even, odd) = p.split_at_mut(row_length / 2);
-            let (even_w, odd_w) = w.split_at(row_length / 2);
             // The mean of a row and itself is that row to the last bit.
             let means = one.iter().zip(other);
-            for ((p, w), (one, other)) in even[..evens].iter_mut().zip(even_w).zip(means.clone()) {
-                *p += if *w > 0.0 { 0.5 * (one + other) } else { 0.0 };
+            for (p, (one, other)) in even[..evens].iter_mut().zip(means.clone()) {
+                *p += 0.5 * (one + other);
             }
-            let sides = means.clone().zip(means.clone().skip(1));
-            for ((p, w), ((one, other), (one_right, other_right))) in odd[..between].iter_mut().zip(odd_w).zip(sides) {
-                *p += if *w > 0.0 { 0.5 * (0.5 * (one + other) + 0.5 * (one_right + other_right)) } else { 0.0 };
+            let sides = means.clone().zip(means.skip(1));
+            for (p, ((one, other), (one_right, other_right))) in odd[..between].iter_mut().zip(sides) {
+                *p += 0.5 * (0.5 * (one + other) + 0.5 * (one_right + other_right));
             }
-            if between < odds && odd_w[between] > 0.0 {
+            if between < odds {
                 odd[between] += 0.5 * (one[odds] + other[odds]);
             }
         }
