@@ -65,9 +65,9 @@ pub fn glance(model: &Model, state: &State, limited: Limited, pool: &Pool) -> St
 /// A velocity that is not finite has made its position so in the same step.
 fn all_finite(positions: &Vectors, pool: &Pool) -> bool {
     let finite = |run: &[f32]| Arch::new().dispatch(AllFinite(run));
-    [&positions.x, &positions.y, &positions.z].into_iter().all(|column| {
-        if pool.pays_for(column.len()) { column.par_chunks(4 * CHUNK).all(finite) } else { finite(column) }
-    })
+    [&positions.x, &positions.y, &positions.z]
+        .into_iter()
+        .all(|column| if pool.pays_for(column.len()) { column.par_chunks(4 * CHUNK).all(finite) } else { finite(column) })
 }
 
 struct AllFinite<'a>(&'a [f32]);

@@ -32,9 +32,11 @@ pub fn measure(model: &Model, cloth: &ClothRange, positions: &Vectors, pool: &Po
         }
         None => worst_of(cloth.springs.len(), CHUNK, pool.pays_for(cloth.springs.len()), |run| {
             let springs = cloth.springs.start + run.start..cloth.springs.start + run.end;
-            springs
-                .map(|spring| ratio_squared(model, positions, spring))
-                .fold((0, 0.0), |found, ratio| worse(found, (u32::from(ratio > 1.0), ratio)))
+            let mut squares = [0.0; CHUNK];
+            let squares = &mut squares[..springs.len()];
+            measure_squares(model, springs.clone(), positions, squares);
+            let (rest, strain_limit) = (&model.springs.rest[springs.clone()], &model.springs.strain_limit[springs]);
+            Arch::new().dispatch(OverLimit { squares, rest, strain_limit })
         }),
     };
     Stretch { over, worst: square.sqrt() }
@@ -117,10 +119,33 @@ impl WithSimd for LargestRatio<'_> {
     }
 }
 
-fn ratio_squared(model: &Model, positions: &Vectors, spring: usize) -> f32 {
-    let [u, v] = model.springs.ends[spring].map(|end| end as usize);
-    let limit = model.springs.greatest_length(spring);
-    (positions.get(v) - positions.get(u)).length_squared() / (limit * limit)
+struct OverLimit<'a> {
+    squares: &'a [f32],
+    rest: &'a [f32],
+    strain_limit: &'a [f32],
+}
+
+impl WithSimd for OverLimit<'_> {
+    /// Springs over their limit and the largest (|X_uv| / R)^2, or what is not a number.
+    type Output = (u32, f32);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> (u32, f32) {
+        const LANES: usize = 16;
+        let (mut over, mut worst, mut unordered) = ([0_u32; LANES], [0.0_f32; LANES], [false; LANES]);
+        let limits = self.rest.chunks(LANES).zip(self.strain_limit.chunks(LANES));
+        for (squares, (rest, strain_limit)) in self.squares.chunks(LANES).zip(limits) {
+            for (lane, (square, (rest, strain_limit))) in squares.iter().zip(rest.iter().zip(strain_limit)).enumerate() {
+                let limit = (1.0 + strain_limit) * rest;
+                let ratio = square / (limit * limit);
+                over[lane] += u32::from(ratio > 1.0);
+                worst[lane] = if ratio > worst[lane] { ratio } else { worst[lane] };
+                unordered[lane] |= ratio.is_nan();
+            }
+        }
+        let worst = if unordered.contains(&true) { f32::NAN } else { worst.into_iter().fold(0.0, f32::max) };
+        (over.iter().sum(), worst)
+    }
 }
 
 struct OfRows<'a> {

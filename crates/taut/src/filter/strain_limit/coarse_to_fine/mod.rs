@@ -32,6 +32,8 @@ const COARSEST: usize = 81;
 const COARSEST_SWEEPS: usize = 3;
 /// Part of the last cycle's way that the next one starts with, at most.
 const MOMENTUM: f32 = 0.85;
+/// Where more than these parts of the cloth are over the limit, one more cycle each is sure not to be the last, and not measured.
+const UNMEASURED: [f32; 2] = [0.7, 0.85];
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 
@@ -159,6 +161,11 @@ impl Unit {
 fn back_off_of_step(model: &Model, cloth: &ClothRange) -> f32 {
     let relative = model.timing.step_length / model.timing.unhurried;
     if cloth.rates.is_empty() { 1.0 } else { relative.min(1.0).sqrt() as f32 }
+}
+
+/// How many cycles are sure not to be the last where such a part of the cloth is over its limit.
+fn cycles_to_come(share: f32) -> u32 {
+    UNMEASURED.iter().filter(|least| share > **least).count() as u32
 }
 
 /// How often a coarse level of so many particles is swept.

@@ -20,10 +20,13 @@ pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) ->
         }
         let weight = |&mass: &f64| if mass > 0.0 { (1.0 / mass) as f32 } else { 0.0 };
         let d: Vec<Vec4> = level.masses.iter().map(|mass| Vec4::new(0.0, 0.0, 0.0, weight(mass))).collect();
+        // Those of the finest level go into its tiles.
+        let bundles = if levels.is_empty() { Vec::new() } else { Bundle::pack(level.springs.iter().map(limited)) };
         levels.push(Level {
             before: d.clone(),
             d,
-            bundles: if levels.is_empty() { Vec::new() } else { Bundle::pack(level.springs.iter().map(limited)) },
+            limits: bundles.iter().map(|bundle| bundle.limit).collect(),
+            bundles,
             finest: level.nodes.iter().map(|&node| place[node as usize]).collect(),
             parents: Vec::new(),
         });

@@ -26,6 +26,8 @@ pub(super) struct Level {
     pub before: Vec<Vec4>,
     /// The springs; those of a tile together, in its order.
     pub bundles: Vec<Bundle>,
+    /// Greatest lengths of the springs of each bundle of a coarse level [m].
+    pub limits: Vec<Vec4>,
     /// Where the finest level keeps each particle.
     pub finest: Vec<u32>,
     /// What each particle follows on the next coarser level; nothing if it is held.
@@ -39,10 +41,8 @@ pub(super) struct Bundle {
     pub ends: [[u32; LANES]; 2],
     /// X_uv at the start of the step [m], each coordinate of all four.
     pub start: [Vec4; 3],
-    /// Greatest lengths [m].
+    /// Greatest lengths, on coarse levels those in this step [m].
     pub limit: Vec4,
-    /// Greatest lengths in this step [m].
-    pub now: Vec4,
 }
 
 /// When and how far a spring is pulled together, as parts of its greatest length.
@@ -124,8 +124,7 @@ impl Bundle {
         for (lane, &([a, b], length)) in springs.iter().enumerate() {
             (ends[0][lane], ends[1][lane], limit[lane]) = (a, b, length);
         }
-        let limit = Vec4::from_array(limit);
-        Self { ends, start: [Vec4::ZERO; 3], limit, now: limit }
+        Self { ends, start: [Vec4::ZERO; 3], limit: Vec4::from_array(limit) }
     }
 
     /// Takes where the step begins: `x` at the ends [m].
@@ -163,13 +162,13 @@ impl Bundle {
         let moved = self.moved(d);
         let [x, y, z] = [0, 1, 2].map(|axis| self.start[axis] + moved[axis]);
         let square = x * x + y * y + z * z;
-        let reach = self.now * pull.trigger;
+        let reach = self.limit * pull.trigger;
         let over = square.cmpgt(reach * reach);
         if !over.any() {
             return;
         }
         let length = Vec4::from_array(square.to_array().map(f32::sqrt));
-        let mut excess = (length - self.now * pull.aim) / length;
+        let mut excess = (length - self.limit * pull.aim) / length;
         let mut along = [x, y, z];
         if pull.at_start {
             let [u, v, w] = moved;

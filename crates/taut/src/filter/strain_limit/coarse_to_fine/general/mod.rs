@@ -12,7 +12,7 @@ mod tiles;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{Levels, Motion, coarse_sweeps};
+use super::{Levels, Motion, coarse_sweeps, cycles_to_come};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
@@ -47,6 +47,8 @@ pub(super) struct GeneralLevels {
     /// How far below R springs are aimed, as a part of R.
     delta: f32,
     backwards: bool,
+    /// So many cycles to come are sure not to be the last.
+    unmeasured: u32,
 }
 
 impl GeneralLevels {
@@ -71,6 +73,7 @@ impl GeneralLevels {
             particles,
             delta,
             backwards: false,
+            unmeasured: 0,
         }
     }
 
@@ -165,14 +168,15 @@ impl Levels for GeneralLevels {
             bundle.begin(|end| self.x[end as usize]);
         }
         for level in coarse {
-            let Level { bundles, finest, .. } = level;
-            for bundle in bundles {
+            let Level { bundles, limits, finest, .. } = level;
+            for (bundle, limit) in bundles.iter_mut().zip(limits) {
                 bundle.begin(|end| self.x[finest[end as usize] as usize]);
                 let length = Vec4::from_array(bundle.squares_at_start().to_array().map(f32::sqrt));
-                bundle.now = (bundle.limit * (1.0 - self.delta)).max(length);
+                bundle.limit = (*limit * (1.0 - self.delta)).max(length);
             }
         }
         self.backwards = false;
+        self.unmeasured = 0;
         self.solved = false;
     }
 
@@ -197,7 +201,12 @@ impl Levels for GeneralLevels {
             fine[index - 1].follow(&mut coarse[0], pool);
         }
         self.sweep(0);
+        if self.unmeasured > 0 {
+            self.unmeasured -= 1;
+            return None;
+        }
         let mut worst = self.measure(enough, true);
+        self.unmeasured = cycles_to_come(self.tiles.share());
         for _ in 0..LOCAL_ROUNDS {
             if worst <= enough || !self.tiles.widen() {
                 break;

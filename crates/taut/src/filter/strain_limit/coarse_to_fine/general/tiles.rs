@@ -49,6 +49,11 @@ impl Tiles {
         self.marked[tile] = over;
     }
 
+    /// The part of the level that is marked.
+    pub fn share(&self) -> f32 {
+        self.marked.iter().filter(|marked| **marked).count() as f32 / self.marked.len() as f32
+    }
+
     /// Takes the neighbours in: what is pulled in goes over there. Returns whether less than half of the level is
     /// marked then, so that sweeping the marked part alone pays.
     pub fn widen(&mut self) -> bool {

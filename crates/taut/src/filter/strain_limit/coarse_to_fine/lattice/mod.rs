@@ -9,7 +9,7 @@ mod transfer;
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Levels, Motion, coarse_sweeps};
+use super::{Levels, Motion, coarse_sweeps, cycles_to_come};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
@@ -30,8 +30,6 @@ const ROOMY: f32 = 0.05;
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 3;
 const LOCAL_ROUNDS: usize = 2;
-/// Where more than these parts of the cloth are over the limit, one more cycle each is sure not to be the last, and not measured.
-const UNMEASURED: [f32; 2] = [0.7, 0.85];
 
 /// A grid's levels, finest first.
 pub(super) struct LatticeLevels {
@@ -177,7 +175,7 @@ impl Levels for LatticeLevels {
         }
         let mut worst = self.levels[0].measure(enough, &mut self.tiles, true, pool);
         let share = self.tiles.share();
-        self.unmeasured = UNMEASURED.iter().filter(|least| share > **least).count() as u32;
+        self.unmeasured = cycles_to_come(share);
         for _ in 0..LOCAL_ROUNDS {
             if worst <= enough || self.tiles.share() >= 0.5 {
                 break;
