@@ -41,9 +41,10 @@ const RESTART: f32 = 1.1;
 trait Levels: Send {
     /// Takes a proposed step: where it begins and where it ends [m].
     fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool);
-    /// One pass over all levels, from the coarsest to the finest, after going on with `momentum`. Returns the largest
-    /// |P_uv| / R then, or nothing where that is not worth measuring; less than `enough` is not worth further work.
-    fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> Option<f32>;
+    /// One pass over all levels, from the coarsest to the finest, with a momentum that grows with the `cycles` since the last
+    /// one without. Returns the largest |P_uv| / R then, or nothing where that is not worth measuring; less than `enough` is not
+    /// worth further work.
+    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<f32>;
     /// Gives particles back what was taken from their proposed displacements, as far as all their springs have room for it.
     fn release(&mut self, pool: &Pool);
     /// The displacements of all particles.
@@ -103,7 +104,7 @@ impl Unit {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
             None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
-        let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * delta);
+        let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.2 * delta);
         Some(Self {
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),
@@ -126,7 +127,7 @@ impl Unit {
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
         let mut since_restart = 0_u8;
         while worst > self.enough && limited.sweeps < model.solver.iterations() {
-            let now = self.levels.cycle(momentum(since_restart), self.enough, pool);
+            let now = self.levels.cycle(since_restart, self.enough, pool);
             limited.sweeps += 1;
             since_restart = if now.is_some_and(|now| now > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
             worst = now.unwrap_or(worst);
@@ -175,9 +176,9 @@ fn coarse_sweeps(particles: usize) -> usize {
 
 /// Part of the last cycle's way that the next one starts with, so many cycles after the last start without it. The first cycle
 /// corrects more than any other, and once: that does not go on. Few cycles want little momentum: what they pull too far,
-/// nothing pulls back, and it comes back in the next step as a jerk (docs/decisions/coarse-to-fine.md).
-fn momentum(cycles: u8) -> f32 {
-    if cycles < 2 { 0.0 } else { MOMENTUM.min(f32::from(cycles) / (f32::from(cycles) + 1.0)) }
+/// nothing pulls back, and it comes back in the next step as a jerk (docs/decisions/coarse-to-fine.md). It is k / (k + `lag`).
+fn momentum(cycles: u8, lag: f32) -> f32 {
+    if cycles < 2 { 0.0 } else { MOMENTUM.min(f32::from(cycles) / (f32::from(cycles) + lag)) }
 }
 
 /// What rounding its two ends to single precision can add to the shortest spring of a cloth, as a part of its length.

@@ -12,7 +12,7 @@ mod tiles;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{Levels, Motion, coarse_sweeps, cycles_to_come};
+use super::{Levels, Motion, coarse_sweeps, cycles_to_come, momentum};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
@@ -22,6 +22,13 @@ use tiles::Tiles;
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 4;
 const LOCAL_ROUNDS: usize = 3;
+
+/// The finest level aims below its limit by this part of the back-off, coarse ones by the other: what they have put right, the
+/// finest does not find wrong again.
+const FINEST: f32 = 0.5;
+const COARSE: f32 = 2.0;
+/// Cycle k starts k / (k + this) of the last one's way further.
+const LAG: f32 = 2.0;
 
 /// The levels of one cloth, finest first.
 pub(super) struct GeneralLevels {
@@ -44,15 +51,15 @@ pub(super) struct GeneralLevels {
     /// What can be solved exactly, and whether it has been in this step.
     forest: Option<Forest>,
     solved: bool,
-    /// How far below R springs are aimed, as a part of R.
-    delta: f32,
+    /// How far below R springs of the finest level and of coarse ones are aimed, as parts of R.
+    deltas: [f32; 2],
     backwards: bool,
     /// So many cycles to come are sure not to be the last.
     unmeasured: u32,
 }
 
 impl GeneralLevels {
-    /// The levels of a cloth with the limit `strain_limit`, aiming `delta` of R below it.
+    /// The levels of a cloth with the limit `strain_limit`, aiming about `delta` of R below it.
     pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, delta: f32) -> Self {
         let stretch = 1.0 + strain_limit;
         let (levels, tiles, particles) = build::levels(hierarchy, cloth, stretch);
@@ -71,7 +78,7 @@ impl GeneralLevels {
             tiles,
             levels,
             particles,
-            delta,
+            deltas: [FINEST * delta, COARSE * delta],
             backwards: false,
             unmeasured: 0,
         }
@@ -79,7 +86,8 @@ impl GeneralLevels {
 
     /// Not every spring that is a little over its aim is worth a pull: only those more than half the way to the limit.
     fn finest_pull(&self) -> Pull {
-        Pull { trigger: 1.0 - 0.5 * self.delta, aim: 1.0 - self.delta, at_start: false }
+        let [delta, _] = self.deltas;
+        Pull { trigger: 1.0 - 0.5 * delta, aim: 1.0 - delta, at_start: false }
     }
 
     fn sweep(&mut self, index: usize) {
@@ -172,7 +180,7 @@ impl Levels for GeneralLevels {
             for (bundle, limit) in bundles.iter_mut().zip(limits) {
                 bundle.begin(|end| self.x[finest[end as usize] as usize]);
                 let length = Vec4::from_array(bundle.squares_at_start().to_array().map(f32::sqrt));
-                bundle.limit = (*limit * (1.0 - self.delta)).max(length);
+                bundle.limit = (*limit * (1.0 - self.deltas[1])).max(length);
             }
         }
         self.backwards = false;
@@ -180,7 +188,7 @@ impl Levels for GeneralLevels {
         self.solved = false;
     }
 
-    fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> Option<f32> {
+    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<f32> {
         if let (Some(forest), false) = (&mut self.forest, self.solved) {
             self.solved = true;
             forest.correct(&self.x, &mut self.corrected, enough);
@@ -190,7 +198,7 @@ impl Levels for GeneralLevels {
             self.go_on(0.0);
             return Some(self.measure(enough, true));
         }
-        self.go_on(momentum);
+        self.go_on(momentum(cycles, LAG));
         let (finest, coarse) = self.levels.split_at_mut(1);
         coarse.iter_mut().for_each(|level| level.sample(&finest[0]));
         for index in (1..self.levels.len()).rev() {
@@ -218,7 +226,7 @@ impl Levels for GeneralLevels {
     }
 
     fn release(&mut self, _: &Pool) {
-        self.measure_room(1.0 - 0.5 * self.delta);
+        self.measure_room(1.0 - 0.5 * self.deltas[0]);
         for (place, d) in self.levels[0].d.iter_mut().enumerate() {
             let way = self.proposed.get(place) - d.xyz();
             let (length, room) = (way.length(), self.room[place]);

@@ -9,7 +9,7 @@ mod transfer;
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Levels, Motion, coarse_sweeps, cycles_to_come};
+use super::{Levels, Motion, coarse_sweeps, cycles_to_come, momentum};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
@@ -155,8 +155,8 @@ impl Levels for LatticeLevels {
         self.unmeasured = 0;
     }
 
-    fn cycle(&mut self, momentum: f32, enough: f32, pool: &Pool) -> Option<f32> {
-        extrapolate(&mut self.levels[0].p, &mut self.previous, momentum, pool);
+    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<f32> {
+        extrapolate(&mut self.levels[0].p, &mut self.previous, momentum(cycles, 1.0), pool);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
             sample_ends(&fine[index - 1], &mut coarse[0], pool);
