@@ -5,17 +5,16 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::SpringPart;
 use crate::geometry::Vectors;
 use crate::model::{ClothRange, Lattice, Model};
 
 /// Rows that are examined together.
-pub(super) const BAND: usize = 8;
+const BAND: usize = 8;
 /// So many springs go on side by side, whatever the length of the vector registers, so that bits do not depend on it.
 const LANES: usize = 16;
 
 /// The constants of a grid's springs.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct GridSprings {
     lattice: usize,
     springs: Range<usize>,
@@ -36,11 +35,28 @@ struct Constants {
     inverse_square: Vec<f32>,
 }
 
+/// Rows of a grid that are examined together, and what they say.
+#[derive(Debug)]
+pub(super) struct Band {
+    /// Which of the grids.
+    pub grid: usize,
+    rows: Range<usize>,
+    /// Largest (|X_uv| / L)^2.
+    pub worst: f32,
+    /// [J]
+    pub elastic: f64,
+}
+
 impl Constants {
-    fn of(model: &Model, springs: Vec<usize>) -> Self {
-        let rest: Vec<f32> = springs.iter().map(|spring| model.springs.rest[*spring]).collect();
-        let inverse_square = rest.iter().map(|rest| 1.0 / (rest * rest)).collect();
-        Self { stiffness: springs.iter().map(|spring| model.springs.stiffness[*spring]).collect(), rest, inverse_square }
+    fn of(model: &Model, springs: impl Iterator<Item = u32>) -> Self {
+        let mut constants = Self::default();
+        for spring in springs.map(|spring| spring as usize) {
+            let (stiffness, rest) = (model.springs.stiffness[spring], model.springs.rest[spring]);
+            constants.stiffness.push(stiffness);
+            constants.rest.push(rest);
+            constants.inverse_square.push(1.0 / (rest * rest));
+        }
+        constants
     }
 }
 
@@ -48,50 +64,44 @@ impl GridSprings {
     /// Those of a cloth that is a grid.
     pub fn new(model: &Model, cloth: &ClothRange, index: usize) -> Self {
         let lattice = &model.lattices[index];
-        let ways = [1, lattice.columns, lattice.columns + 1, lattice.columns - 1];
+        let springs = Self { lattice: index, springs: cloth.springs.clone(), ..Self::default() };
         let of = |row: usize, kind: usize| {
-            let belongs = |spring: &usize| {
-                let [a, b] = model.springs.ends[*spring].map(|end| end as usize);
-                // The springs up to the left begin at the second particle.
-                (a - lattice.first) / lattice.columns == row && b - a == ways[kind]
-            };
-            Constants::of(model, cloth.springs.clone().filter(belongs).collect())
+            let count = if kind == 1 { lattice.columns } else { lattice.columns - 1 };
+            Constants::of(model, (0..count).map(|place| springs.number(lattice, kind, row, place)))
         };
-        Self {
-            lattice: index,
-            springs: cloth.springs.clone(),
-            along: [of(0, 0), of(1, 0), of(lattice.rows - 1, 0)],
-            upward: [of(0, 1), of(0, 2), of(0, 3)],
-        }
+        let along = [of(0, 0), of(1, 0), of(lattice.rows - 1, 0)];
+        let upward = [of(0, 1), of(0, 2), of(0, 3)];
+        Self { along, upward, ..springs }
     }
 
-    /// How many bands of rows there are.
-    pub fn bands(&self, model: &Model) -> usize {
-        model.lattices[self.lattice].rows.div_ceil(BAND)
+    /// The bands of the grid with the number `grid`.
+    pub fn bands(&self, model: &Model, grid: usize) -> impl Iterator<Item = Band> + use<> {
+        let rows = model.lattices[self.lattice].rows;
+        let band = move |first: usize| Band { grid, rows: first..rows.min(first + BAND), worst: 0.0, elastic: 0.0 };
+        (0..rows).step_by(BAND).map(band)
     }
 
-    /// Examines a band. The spring is left to [`Self::find`].
-    pub fn examine(&self, model: &Model, positions: &Vectors, band: usize) -> SpringPart {
+    /// Examines a band.
+    pub fn examine(&self, model: &Model, positions: &Vectors, band: &mut Band) {
+        let (lattice, rows) = (&model.lattices[self.lattice], band.rows.clone());
+        (band.worst, band.elastic) = Arch::new().dispatch(Rows { springs: self, lattice, positions, rows });
+    }
+
+    /// The first spring that made a band's worst what it is.
+    pub fn find(&self, model: &Model, positions: &Vectors, band: &Band) -> Option<u32> {
         let lattice = &model.lattices[self.lattice];
-        let (worst, elastic) = Arch::new().dispatch(Rows { springs: self, lattice, positions, rows: rows_of(lattice, band) });
-        SpringPart { worst, spring: 0, elastic }
-    }
-
-    /// A spring of a band whose (|X_uv| / L)^2 is `worst`.
-    pub fn find(&self, model: &Model, positions: &Vectors, band: usize, worst: f32) -> Option<u32> {
-        let lattice = &model.lattices[self.lattice];
-        rows_of(lattice, band).find_map(|row| {
+        band.rows.clone().find_map(|row| {
             let runs = self.runs(lattice, row).into_iter().enumerate();
             runs.filter_map(|(kind, run)| Some((kind, run?))).find_map(|(kind, ([a, b], constants))| {
                 let ratio = |i: usize| squares::<1>(positions, [a + i, b + i])[0] * constants.inverse_square[i];
-                let place = (0..constants.rest.len()).find(|i| ratio(*i) == worst)?;
-                Some(self.spring(lattice, kind, row, place))
+                let place = (0..constants.rest.len()).find(|i| ratio(*i) == band.worst)?;
+                Some(self.number(lattice, kind, row, place))
             })
         })
     }
 
     /// The number of a spring, in the order in which grids are built: all along rows, all straight up, the diagonals in turn.
-    fn spring(&self, lattice: &Lattice, kind: usize, row: usize, place: usize) -> u32 {
+    fn number(&self, lattice: &Lattice, kind: usize, row: usize, place: usize) -> u32 {
         let Lattice { columns, rows, .. } = *lattice;
         let along = rows * (columns - 1);
         let up = (rows - 1) * columns;
@@ -126,10 +136,6 @@ impl GridSprings {
             upward(([left + 1, above], across)),
         ]
     }
-}
-
-fn rows_of(lattice: &Lattice, band: usize) -> Range<usize> {
-    band * BAND..lattice.rows.min((band + 1) * BAND)
 }
 
 /// |X_uv|^2 of springs side by side, the first of which joins `a` and `b` [m^2].

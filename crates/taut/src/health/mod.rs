@@ -12,7 +12,7 @@ use crate::forces::{bending_energy, curved_energy, elastic_energy};
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::Model;
 use crate::state::{State, longest_of, measure, measure_squares};
-use grid::GridSprings;
+use grid::{Band, GridSprings};
 
 /// What a step did and where it led.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -86,9 +86,9 @@ impl WithSimd for AllFinite<'_> {
 /// Workspace: a partial result for every part, combined in their order.
 #[derive(Debug)]
 pub struct Health {
-    /// Bands of grids, then chunks of the other springs.
     grids: Vec<GridSprings>,
-    bands: Vec<(usize, usize, SpringPart)>,
+    bands: Vec<Band>,
+    /// Springs that are in no grid.
     chunks: Vec<(Range<usize>, SpringPart)>,
     particles: Vec<ParticlePart>,
 }
@@ -116,9 +116,6 @@ impl Health {
     pub fn new(model: &Model) -> Self {
         let of_grids = model.cloths.iter().filter_map(|cloth| Some((cloth, cloth.lattice?)));
         let grids: Vec<_> = of_grids.clone().map(|(cloth, lattice)| GridSprings::new(model, cloth, lattice)).collect();
-        let bands = |(index, grid): (usize, &GridSprings)| {
-            (0..grid.bands(model)).map(move |band| (index, band, SpringPart::default())).collect::<Vec<_>>()
-        };
         let ends = of_grids.clone().map(|(cloth, _)| cloth.springs.end);
         let begins = of_grids.map(|(cloth, _)| cloth.springs.start).chain([model.springs.len()]);
         let others = std::iter::once(0).chain(ends).zip(begins).map(|(start, end)| start..end);
@@ -127,7 +124,7 @@ impl Health {
             run.clone().step_by(CHUNK).map(chunk).collect::<Vec<_>>()
         };
         Self {
-            bands: grids.iter().enumerate().flat_map(bands).collect(),
+            bands: grids.iter().enumerate().flat_map(|(index, grid)| grid.bands(model, index)).collect(),
             chunks: others.flat_map(chunks).collect(),
             grids,
             particles: vec![ParticlePart::default(); model.particle_count().div_ceil(CHUNK)],
@@ -139,20 +136,20 @@ impl Health {
 pub fn inspect(model: &Model, state: &State, health: &mut Health, pool: &Pool) -> StateReport {
     let Health { grids, bands, chunks, particles } = health;
     let spread = pool.pays_for(model.particle_count());
-    for_each_part(bands, spread, |_, (grid, band, part)| *part = grids[*grid].examine(model, &state.positions, *band));
+    for_each_part(bands, spread, |_, band| grids[band.grid].examine(model, &state.positions, band));
     for_each_part(chunks, spread, |_, (run, part)| *part = springs_of(run.clone(), model, state));
     for_each_part(particles, spread, |chunk, part| *part = particles_of(chunk, model, state));
     let mut report = StateReport::default();
     let mut worst = 0.0;
     let mut in_band = None;
-    for (grid, band, part) in bands {
-        if part.worst > worst {
-            worst = part.worst;
-            in_band = Some((*grid, *band));
+    for band in &*bands {
+        if band.worst > worst {
+            worst = band.worst;
+            in_band = Some(band);
         }
-        report.elastic_energy += part.elastic;
+        report.elastic_energy += band.elastic;
     }
-    report.worst_spring = in_band.and_then(|(grid, band)| grids[grid].find(model, &state.positions, band, worst));
+    report.worst_spring = in_band.and_then(|band| grids[band.grid].find(model, &state.positions, band));
     for (_, part) in chunks {
         if part.worst > worst {
             worst = part.worst;

@@ -45,6 +45,8 @@ trait Levels: Send {
     /// one without. Returns the largest |P_uv| / R then, or nothing where that is not worth measuring; less than `enough` is not
     /// worth further work.
     fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<f32>;
+    /// How far below R springs of the finest level are aimed, as a part of R.
+    fn back_off(&self) -> f32;
     /// Gives particles back what was taken from their proposed displacements, as far as all their springs have room for it.
     fn release(&mut self, pool: &Pool);
     /// The displacements of all particles.
@@ -104,7 +106,7 @@ impl Unit {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
             None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
-        let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.2 * delta);
+        let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * levels.back_off());
         Some(Self {
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),

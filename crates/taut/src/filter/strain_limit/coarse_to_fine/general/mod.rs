@@ -225,6 +225,10 @@ impl Levels for GeneralLevels {
         Some(worst)
     }
 
+    fn back_off(&self) -> f32 {
+        self.deltas[0]
+    }
+
     fn release(&mut self, _: &Pool) {
         self.measure_room(1.0 - 0.5 * self.deltas[0]);
         for (place, d) in self.levels[0].d.iter_mut().enumerate() {

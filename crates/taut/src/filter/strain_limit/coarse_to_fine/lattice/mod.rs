@@ -174,8 +174,7 @@ impl Levels for LatticeLevels {
             return None;
         }
         let mut worst = self.levels[0].measure(enough, &mut self.tiles, true, pool);
-        let share = self.tiles.share();
-        self.unmeasured = cycles_to_come(share);
+        self.unmeasured = cycles_to_come(self.tiles.share());
         for _ in 0..LOCAL_ROUNDS {
             if worst <= enough || self.tiles.share() >= 0.5 {
                 break;
@@ -189,6 +188,10 @@ impl Levels for LatticeLevels {
             worst = self.levels[0].measure(enough, &mut self.tiles, false, pool);
         }
         Some(worst)
+    }
+
+    fn back_off(&self) -> f32 {
+        self.deltas[0]
     }
 
     fn release(&mut self, pool: &Pool) {

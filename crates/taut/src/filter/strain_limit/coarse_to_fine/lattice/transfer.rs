@@ -24,22 +24,23 @@ pub(super) fn parents(fine: usize, count: usize) -> [usize; 2] {
     if fine.is_multiple_of(2) || fine == count - 1 { [fine.div_ceil(2); 2] } else { [fine / 2, fine / 2 + 1] }
 }
 
-/// Copies the places where a step begins from a fine level to a coarse one.
+/// Takes the places where a step begins from a fine level to a coarse one.
 pub(super) fn sample_start(fine: &Level, coarse: &mut Level, pool: &Pool) {
     let [columns, row_length] = [coarse.columns, coarse.row_length()];
-    coarse.x.for_each_part(0..coarse.rows * row_length, BAND * row_length, pool, |x| {
-        for (from, to) in [(&fine.x.x, x.x), (&fine.x.y, x.y), (&fine.x.z, x.z)] {
-            Arch::new().dispatch(Sample { fine, columns, row_length, first: x.first / row_length, from, to });
-        }
-    });
+    sample(fine, &fine.x, &mut coarse.x, [columns, row_length], pool);
 }
 
-/// Copies the places where it ends so far.
+/// Takes the places where it ends so far.
 pub(super) fn sample_ends(fine: &Level, coarse: &mut Level, pool: &Pool) {
     let [columns, row_length] = [coarse.columns, coarse.row_length()];
-    coarse.p.for_each_part(0..coarse.rows * row_length, BAND * row_length, pool, |p| {
-        for (from, to) in [(&fine.p.x, p.x), (&fine.p.y, p.y), (&fine.p.z, p.z)] {
-            Arch::new().dispatch(Sample { fine, columns, row_length, first: p.first / row_length, from, to });
+    sample(fine, &fine.p, &mut coarse.p, [columns, row_length], pool);
+}
+
+fn sample(fine: &Level, from: &Vectors, to: &mut Vectors, [columns, row_length]: [usize; 2], pool: &Pool) {
+    to.for_each_part(0..to.len(), BAND * row_length, pool, |to| {
+        let first = to.first / row_length;
+        for (from, to) in [(&from.x, to.x), (&from.y, to.y), (&from.z, to.z)] {
+            Arch::new().dispatch(Sample { fine, columns, row_length, first, from, to });
         }
     });
 }
