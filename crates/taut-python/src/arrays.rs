@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadwriteArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use taut::geometry::Vectors;
@@ -49,18 +49,18 @@ pub fn from_numpy(name: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<Ve
     Ok(Vectors { x: column(0), y: column(1), z: column(2) })
 }
 
-/// Writes vectors into an array of shape (n, 3).
-pub fn write_into(name: &str, vectors: &Vectors, target: &Bound<'_, PyAny>) -> PyResult<()> {
-    readonly(name, target, Some(vectors.len()))?;
-    let array = target.cast::<PyArray2<f32>>()?;
-    let mut array = array.try_readwrite().map_err(|error| PyValueError::new_err(format!("{name} cannot be written: {error}")))?;
-    let mut view = array.as_array_mut();
-    for (axis, column) in [&vectors.x, &vectors.y, &vectors.z].into_iter().enumerate() {
-        for (place, &value) in view.column_mut(axis).iter_mut().zip(column) {
-            *place = value;
-        }
-    }
-    Ok(())
+/// Checks that `value` is a float32 array of shape (n, 3) that can be written.
+pub fn writable<'py>(name: &str, value: &Bound<'py, PyAny>, n: usize) -> PyResult<PyReadwriteArray2<'py, f32>> {
+    readonly(name, value, Some(n))?;
+    let array = value.cast::<PyArray2<f32>>()?;
+    array.try_readwrite().map_err(|error| PyValueError::new_err(format!("{name} cannot be written: {error}")))
+}
+
+/// The rows of an array of shape (n, 3).
+pub fn rows_mut<'a>(name: &str, array: &'a mut PyReadwriteArray2<'_, f32>) -> PyResult<&'a mut [[f32; 3]]> {
+    let values = array.as_slice_mut();
+    let values = values.map_err(|_| PyValueError::new_err(format!("{name} must be contiguous, in C order; use numpy.empty")))?;
+    Ok(values.as_chunks_mut().0)
 }
 
 /// vertices (n, 3) float64, corners (k,) int64, counts (f,) int64.

@@ -203,9 +203,18 @@ impl Engine {
     }
 
     fn read_state(&self, py: Python<'_>, positions: &Bound<'_, PyAny>, velocities: &Bound<'_, PyAny>) -> PyResult<()> {
-        let state = self.state(py);
-        arrays::write_into("positions", &state.positions, positions)?;
-        arrays::write_into("velocities", &state.velocities, velocities)
+        let (count, numbering) = (self.model.particle_count(), &self.model.numbering);
+        let mut positions = arrays::writable("positions", positions, count)?;
+        let mut velocities = arrays::writable("velocities", velocities, count)?;
+        let (x, v) = (arrays::rows_mut("positions", &mut positions)?, arrays::rows_mut("velocities", &mut velocities)?);
+        self.with(py, |Running { state, work, .. }| {
+            let pool = work.pool();
+            pool.install(|| {
+                numbering.write_rows(&state.positions, x, &pool);
+                numbering.write_rows(&state.velocities, v, &pool);
+            });
+        });
+        Ok(())
     }
 
     #[getter]

@@ -6,7 +6,6 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use serde_json::{Value, json};
-use taut::filter::Limited;
 use taut::forces::{Forces, external};
 use taut::geometry::Pool;
 use taut::health::glance;
@@ -53,7 +52,7 @@ fn benches(criterion: &mut Criterion) {
         bench.iter(|| propose(&model, black_box(&mut state), &mut ends, &mut forces, &mut integrator, &pool));
     });
     let (model, state) = flag("none", Value::Null);
-    group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), Limited::default(), &pool)));
+    group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), &pool)));
     for filter in ["none", "sequential", "sweeps", "coarse_to_fine"] {
         let (model, start) = flag(filter, gusty.clone());
         let (mut state, mut work) = (start.clone(), Work::new(&model, 1));

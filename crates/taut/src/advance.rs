@@ -1,6 +1,6 @@
 //! Several steps as one: all of them, or none.
 
-use crate::health::{StateReport, StepReport};
+use crate::health::{Glance, StateReport, StepReport, glance};
 use crate::model::Model;
 use crate::state::{State, worst_spring};
 use crate::step::{Work, inspect, step};
@@ -53,22 +53,24 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
         before.copy_from(state, &pool);
         let mut summary = Summary::default();
         for left in (0..count).rev() {
-            let report = step(model, state, work);
-            if !report.finite {
+            summary.add(step(model, state, work));
+            if left == 0 {
+                // The examination tells more.
+                break;
+            }
+            let Glance { worst_stretch, worst_cloth, finite } = glance(model, state, &pool);
+            if !finite {
                 let particle = inspect(model, state, work).non_finite.unwrap_or_default();
                 return Err(NonFinite { particle, time: state.time(model) });
             }
-            if summary.add(report) {
-                // After the last step the examination will tell.
-                let cloth = (left > 0).then(|| &model.cloths[report.worst_cloth]);
-                summary.worst_spring = cloth.and_then(|cloth| worst_spring(model, cloth, &state.positions));
-            }
+            summary.see(worst_stretch, || worst_spring(model, &model.cloths[worst_cloth], &state.positions));
         }
         summary.last = inspect(model, state, work);
-        // The last state was glanced at with other roundings than it was examined with.
-        if summary.worst_spring.is_none() || summary.last.worst_stretch > summary.worst_stretch {
-            (summary.worst_stretch, summary.worst_spring) = (summary.last.worst_stretch, summary.last.worst_spring);
+        if let Some(particle) = summary.last.non_finite {
+            return Err(NonFinite { particle, time: state.time(model) });
         }
+        let StateReport { worst_stretch, worst_spring, .. } = summary.last;
+        summary.see(worst_stretch, || worst_spring);
         Ok(summary)
     });
     if result.is_err() {
@@ -78,12 +80,7 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
 }
 
 impl Summary {
-    /// Returns whether no step before was stretched so far.
-    fn add(&mut self, report: StepReport) -> bool {
-        let worst = self.steps == 0 || report.worst_stretch > self.worst_stretch;
-        if worst {
-            self.worst_stretch = report.worst_stretch;
-        }
+    fn add(&mut self, report: StepReport) {
         self.steps += 1;
         self.evaluations += u64::from(report.evaluations);
         self.limited_steps += u64::from(report.limited.springs > 0);
@@ -91,6 +88,12 @@ impl Summary {
         self.sweeps += u64::from(report.limited.sweeps);
         self.cuts += u64::from(report.limited.cuts);
         self.held_back_pins += u64::from(report.limited.held_back_pins);
-        worst
+    }
+
+    /// Keeps the stretch after a step and the spring that has it, if none was larger before.
+    fn see(&mut self, stretch: f64, spring: impl FnOnce() -> Option<u32>) {
+        if self.worst_spring.is_none() || stretch > self.worst_stretch {
+            (self.worst_stretch, self.worst_spring) = (stretch, spring());
+        }
     }
 }

@@ -56,7 +56,7 @@ pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
         let evaluations = integrate::propose(model, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
         let limited = filter::apply(model, state, ends, filter, pool); // x*, v* -> admissible ones
         integrate::advance(model, state, ends, forces, integrator, pool); // x = x*
-        StepReport { evaluations, ..health::glance(model, state, limited, pool) }
+        StepReport { evaluations, limited }
     })
 }
 

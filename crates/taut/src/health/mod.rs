@@ -14,17 +14,22 @@ use crate::model::Model;
 use crate::state::{State, longest_of, measure, measure_squares};
 use grid::{Band, GridSprings};
 
-/// What a step did and where it led.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// What a step did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StepReport {
-    /// Largest |X_uv| / L - 1 over the type 1 springs [1]; 0 if there are none.
-    pub worst_stretch: f64,
-    /// The cloth that has it.
-    pub worst_cloth: usize,
     /// How often the integrator looked at all springs.
     pub evaluations: u32,
     /// What the filter did.
     pub limited: Limited,
+}
+
+/// What is seen of a state at a glance.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Glance {
+    /// Largest |X_uv| / L - 1 over the type 1 springs [1]; 0 if there are none.
+    pub worst_stretch: f64,
+    /// The cloth that has it.
+    pub worst_cloth: usize,
     /// Whether every particle is at a finite place.
     pub finite: bool,
 }
@@ -46,20 +51,20 @@ pub struct StateReport {
     pub non_finite: Option<u32>,
 }
 
-/// The glance after every step: no square roots, no energies, vector registers where the cloth is a grid.
+/// A glance between two steps: no square roots, no energies, vector registers where the cloth is a grid.
 #[must_use]
-pub fn glance(model: &Model, state: &State, limited: Limited, pool: &Pool) -> StepReport {
-    let mut report = StepReport { limited, finite: all_finite(&state.positions, pool), ..StepReport::default() };
+pub fn glance(model: &Model, state: &State, pool: &Pool) -> Glance {
+    let mut seen = Glance { finite: all_finite(&state.positions, pool), ..Glance::default() };
     let mut worst = None;
     for (index, cloth) in model.cloths.iter().enumerate().filter(|(_, cloth)| !cloth.springs.is_empty()) {
         let limit = 1.0 + f64::from(model.springs.strain_limit[cloth.springs.start]);
         let stretch = f64::from(measure(model, cloth, &state.positions, pool).worst) * limit - 1.0;
         if worst.is_none_or(|worst| stretch > worst) {
             worst = Some(stretch);
-            (report.worst_stretch, report.worst_cloth) = (stretch, index);
+            (seen.worst_stretch, seen.worst_cloth) = (stretch, index);
         }
     }
-    report
+    seen
 }
 
 /// A velocity that is not finite has made its position so in the same step.

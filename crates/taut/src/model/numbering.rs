@@ -2,7 +2,7 @@
 //!
 //! Meshes come numbered as the program that made them pleased. Their particles are numbered so that neighbours are near in memory.
 
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors, for_each_chunk};
 
 use super::Adjacency;
 
@@ -54,6 +54,22 @@ impl Numbering {
     #[must_use]
     pub fn to_vertices(&self, of_particles: &Vectors) -> Vectors {
         self.reordered(&self.particles, of_particles)
+    }
+
+    /// Writes vectors of particles as rows, in the order of the vertices.
+    ///
+    /// # Panics
+    /// If there are fewer vertices than rows.
+    pub fn write_rows(&self, of_particles: &Vectors, rows: &mut [[f32; 3]], pool: &Pool) {
+        for_each_chunk(rows, pool, |first, rows| {
+            if self.differs {
+                let particles = &self.particles[first..first + rows.len()];
+                rows.iter_mut().zip(particles).for_each(|(row, particle)| *row = of_particles.get(*particle as usize).to_array());
+            } else {
+                let [x, y, z] = [&of_particles.x, &of_particles.y, &of_particles.z].map(|column| &column[first..][..rows.len()]);
+                rows.iter_mut().zip(x.iter().zip(y).zip(z)).for_each(|(row, ((x, y), z))| *row = [*x, *y, *z]);
+            }
+        });
     }
 
     /// Vectors of vertices in the order of the particles; none stay none.

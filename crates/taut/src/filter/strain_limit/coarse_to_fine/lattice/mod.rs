@@ -16,7 +16,7 @@ use exchange::{load, store};
 use kernels::Pull;
 use level::Level;
 use tiles::Tiles;
-use transfer::{coarsened, parents, prolong, sample_ends, sample_start, sampled};
+use transfer::{Ahead, coarsened, parents, prolong, sample_ends, sample_start, sampled};
 
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; from this level on they turn little.
@@ -37,8 +37,8 @@ pub(super) struct LatticeLevels {
     levels: Vec<Level>,
     /// The particle that places are relative to.
     middle: usize,
-    /// What each coarse level has gained since it was sampled [m]: workspace.
-    gains: Vec<Vectors>,
+    /// Where each coarse level's ends were sampled, columns in order [m].
+    sampled: Vec<Vectors>,
     /// Displacements of the finest level: as they were proposed, and corrected in the end [m]. They are small, and places
     /// in single precision would round slow motion away.
     d: Vectors,
@@ -107,7 +107,7 @@ impl LatticeLevels {
         Self {
             first: lattice.first,
             middle: lattice.first + lattice.rows / 2 * lattice.columns + lattice.columns / 2,
-            gains: levels.iter().map(|level| Vectors::zeros(level.p.len())).collect(),
+            sampled: levels.iter().map(|level| Vectors::zeros(level.p.len())).collect(),
             previous: levels[0].p.clone(),
             d: levels[0].p.clone(),
             room: vec![0.0; levels[0].p.len()],
@@ -149,24 +149,27 @@ impl Levels for LatticeLevels {
         load(&mut self.levels[0], &mut self.d, self.first, self.middle, [positions, ends], pool);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
-            sample_start(&fine[index - 1], &mut coarse[0], pool);
+            sample_start(&fine[index - 1], &mut coarse[0], &mut self.sampled[index], pool);
         }
         self.backwards = false;
         self.unmeasured = 0;
     }
 
     fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<f32> {
-        extrapolate(&mut self.levels[0].p, &mut self.previous, momentum(cycles, 1.0), pool);
+        // Only the finest level goes on: coarser ones begin where it is.
+        let momentum = momentum(cycles, 1.0);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
-            sample_ends(&fine[index - 1], &mut coarse[0], pool);
+            let ahead = (index == 1).then(|| Ahead { previous: &mut self.previous, momentum });
+            sample_ends(&fine[index - 1], ahead, &mut coarse[0], &mut self.sampled[index], pool);
         }
         for index in (1..self.levels.len()).rev() {
             for _ in 0..coarse_sweeps(self.levels[index].size()) {
                 self.sweep(index, pool);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
-            prolong(&mut fine[index - 1], &coarse[0], &mut self.gains[index], pool);
+            let ahead = (index == 1).then(|| Ahead { previous: &mut self.previous, momentum });
+            prolong(&mut fine[index - 1], ahead, &coarse[0], &mut self.sampled[index], pool);
         }
         self.sweep(0, pool);
         if self.unmeasured > 0 {
@@ -212,38 +215,6 @@ impl Levels for LatticeLevels {
 
     fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool) {
         store(&self.levels[0], &self.d, self.first, positions, [ends, corrections], pool);
-    }
-}
-
-/// p += momentum (p - previous), and the old p becomes the previous one.
-fn extrapolate(p: &mut Vectors, previous: &mut Vectors, momentum: f32, pool: &Pool) {
-    if momentum == 0.0 {
-        previous.copy_on(p, pool);
-        return;
-    }
-    previous.for_each_chunk(pool, |chunk| {
-        let run = chunk.first..chunk.first + chunk.x.len();
-        let columns = [(chunk.x, &p.x), (chunk.y, &p.y), (chunk.z, &p.z)];
-        for (ahead, p) in columns {
-            Arch::new().dispatch(Ahead { ahead, p: &p[run.clone()], momentum });
-        }
-    });
-    std::mem::swap(p, previous);
-}
-
-/// previous := p + momentum (p - previous).
-struct Ahead<'a> {
-    ahead: &'a mut [f32],
-    p: &'a [f32],
-    momentum: f32,
-}
-
-impl WithSimd for Ahead<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.ahead.iter_mut().zip(self.p).for_each(|(ahead, p)| *ahead = p + self.momentum * (p - *ahead));
     }
 }
 

@@ -6,7 +6,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::level::Level;
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{Pool, Vectors, VectorsChunk};
 
 /// How many coarse columns (or rows) `count` fine ones have.
 pub(super) fn coarsened(count: usize) -> usize {
@@ -24,23 +24,42 @@ pub(super) fn parents(fine: usize, count: usize) -> [usize; 2] {
     if fine.is_multiple_of(2) || fine == count - 1 { [fine.div_ceil(2); 2] } else { [fine / 2, fine / 2 + 1] }
 }
 
-/// Takes the places where a step begins from a fine level to a coarse one.
-pub(super) fn sample_start(fine: &Level, coarse: &mut Level, pool: &Pool) {
-    let [columns, row_length] = [coarse.columns, coarse.row_length()];
-    sample(fine, &fine.x, &mut coarse.x, [columns, row_length], pool);
+/// Where the finest level's ends were one cycle ago, and the part of the way since then that they go on by.
+pub(super) struct Ahead<'a> {
+    pub previous: &'a mut Vectors,
+    pub momentum: f32,
 }
 
-/// Takes the places where it ends so far.
-pub(super) fn sample_ends(fine: &Level, coarse: &mut Level, pool: &Pool) {
+/// Takes the places where a step begins from a fine level to a coarse one; `sampled` is workspace.
+pub(super) fn sample_start(fine: &Level, coarse: &mut Level, sampled: &mut Vectors, pool: &Pool) {
     let [columns, row_length] = [coarse.columns, coarse.row_length()];
-    sample(fine, &fine.p, &mut coarse.p, [columns, row_length], pool);
+    sample(fine, [&fine.x, &fine.x], 0.0, [&mut coarse.x, sampled], [columns, row_length], pool);
 }
 
-fn sample(fine: &Level, from: &Vectors, to: &mut Vectors, [columns, row_length]: [usize; 2], pool: &Pool) {
-    to.for_each_part(0..to.len(), BAND * row_length, pool, |to| {
+/// Takes the places where it ends so far, or those ahead of them; `sampled` keeps them, columns in order.
+pub(super) fn sample_ends(fine: &Level, ahead: Option<Ahead<'_>>, coarse: &mut Level, sampled: &mut Vectors, pool: &Pool) {
+    let [columns, row_length] = [coarse.columns, coarse.row_length()];
+    let (previous, momentum) = ahead.map_or((&fine.p, 0.0), |ahead| (&*ahead.previous, ahead.momentum));
+    sample(fine, [&fine.p, previous], momentum, [&mut coarse.p, sampled], [columns, row_length], pool);
+}
+
+fn sample(
+    fine: &Level,
+    [from, previous]: [&Vectors; 2],
+    momentum: f32,
+    [to, sampled]: [&mut Vectors; 2],
+    [columns, row_length]: [usize; 2],
+    pool: &Pool,
+) {
+    to.for_each_part_of_two(sampled, 0..to.len(), BAND * row_length, pool, |to, sampled| {
         let first = to.first / row_length;
-        for (from, to) in [(&from.x, to.x), (&from.y, to.y), (&from.z, to.z)] {
-            Arch::new().dispatch(Sample { fine, columns, row_length, first, from, to });
+        let axes = [
+            (&from.x, &previous.x, to.x, sampled.x),
+            (&from.y, &previous.y, to.y, sampled.y),
+            (&from.z, &previous.z, to.z, sampled.z),
+        ];
+        for (from, previous, to, sampled) in axes {
+            Arch::new().dispatch(Sample { fine, columns, row_length, first, from, previous, momentum, to, sampled });
         }
     });
 }
@@ -55,7 +74,10 @@ struct Sample<'a> {
     /// The first coarse row.
     first: usize,
     from: &'a [f32],
+    previous: &'a [f32],
+    momentum: f32,
     to: &'a mut [f32],
+    sampled: &'a mut [f32],
 }
 
 impl WithSimd for Sample<'_> {
@@ -63,13 +85,22 @@ impl WithSimd for Sample<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { fine, columns, row_length, first, from, to } = self;
-        let (evens, odds) = (columns.div_ceil(2), columns / 2);
-        for (row, to) in to.chunks_mut(row_length).enumerate() {
+        let Self { fine, columns, row_length, first, from, previous, momentum, to, sampled: rows } = self;
+        for (row, (to, sampled_row)) in to.chunks_mut(row_length).zip(rows.chunks_mut(row_length)).enumerate() {
             let fine_row = sampled(first + row, fine.rows);
-            let there = fine.place(0, fine_row);
-            let source = &from[there..there + fine.columns.div_ceil(2)];
-            let (pairs, rest) = source.as_chunks::<2>();
+            let evens = fine.place(0, fine_row)..fine.place(0, fine_row) + fine.columns.div_ceil(2);
+            // With an even number of columns the last one is an odd one.
+            let last = fine.place(fine.columns - 1, fine_row);
+            let sampled_row = &mut sampled_row[..columns];
+            sampled_row[..evens.len()].copy_from_slice(&from[evens.clone()]);
+            sampled_row[columns - 1] = from[last];
+            if momentum > 0.0 {
+                for (value, previous) in sampled_row[..evens.len()].iter_mut().zip(&previous[evens]) {
+                    *value += momentum * (*value - previous);
+                }
+                sampled_row[columns - 1] = from[last] + momentum * (from[last] - previous[last]);
+            }
+            let (pairs, rest) = sampled_row.as_chunks::<2>();
             let (even, odd) = to.split_at_mut(row_length / 2);
             for ((even, odd), pair) in even.iter_mut().zip(odd.iter_mut()).zip(pairs) {
                 (*even, *odd) = (pair[0], pair[1]);
@@ -77,48 +108,53 @@ impl WithSimd for Sample<'_> {
             if let [last] = rest {
                 even[pairs.len()] = *last;
             }
-            // With an even number of columns the last one is an odd one.
-            let last = from[fine.place(fine.columns - 1, fine_row)];
-            if columns.is_multiple_of(2) { odd[odds - 1] = last } else { even[evens - 1] = last }
         }
     }
 }
 
-/// Adds to the fine ends what the coarse ones have gained since they were sampled; what is held stays. `gains` is workspace: as many
-/// as the coarse level has places, columns in order.
-pub(super) fn prolong(fine: &mut Level, coarse: &Level, gains: &mut Vectors, pool: &Pool) {
+/// Adds to the fine ends, or to those ahead of them, what the coarse ones have gained since they were `sampled`; what is held stays.
+/// Overwrites `sampled`, and what was previous.
+pub(super) fn prolong(fine: &mut Level, ahead: Option<Ahead<'_>>, coarse: &Level, sampled: &mut Vectors, pool: &Pool) {
     let row_length = coarse.row_length();
-    gains.for_each_part(0..coarse.rows * row_length, BAND * row_length, pool, |gains| {
-        let first = gains.first / row_length;
-        let columns = [(&fine.p.x, &coarse.p.x, gains.x), (&fine.p.y, &coarse.p.y, gains.y), (&fine.p.z, &coarse.p.z, gains.z)];
-        for (before, now, gains) in columns {
-            Arch::new().dispatch(Gain { fine, coarse, first, before, now, gains });
+    sampled.for_each_part(0..coarse.rows * row_length, BAND * row_length, pool, |sampled| {
+        let first = sampled.first / row_length;
+        for (now, gains) in [(&coarse.p.x, sampled.x), (&coarse.p.y, sampled.y), (&coarse.p.z, sampled.z)] {
+            Arch::new().dispatch(Gain { coarse, first, now, gains });
         }
     });
-    let gains = &*gains;
+    let gains = &*sampled;
     let row_length = fine.row_length();
     let Level { p, held, columns, rows, .. } = fine;
     let [columns, rows] = [*columns, *rows];
     held.iter_mut().for_each(|(place, end)| *end = p.get(*place));
-    p.for_each_part(0..rows * row_length, BAND * row_length, pool, |p| {
+    let (all, length) = (0..rows * row_length, BAND * row_length);
+    let add = |[p, previous]: [VectorsChunk<'_>; 2], momentum: f32| {
         let first = p.first / row_length;
-        for (gains, p) in [(&gains.x, p.x), (&gains.y, p.y), (&gains.z, p.z)] {
-            Arch::new().dispatch(Prolong { columns, rows, row_length, coarse, first, gains, p });
+        let axes = [(&gains.x, p.x, previous.x), (&gains.y, p.y, previous.y), (&gains.z, p.z, previous.z)];
+        for (gains, p, previous) in axes {
+            Arch::new().dispatch(Prolong { columns, rows, row_length, coarse, first, gains, p, previous, momentum });
         }
-    });
+    };
+    match ahead {
+        Some(Ahead { previous, momentum }) => {
+            p.for_each_part_of_two(previous, all, length, pool, |p, previous| add([p, previous], momentum))
+        }
+        None => p.for_each_part(all, length, pool, |p| {
+            let nothing = VectorsChunk { first: p.first, x: &mut [], y: &mut [], z: &mut [] };
+            add([p, nothing], 0.0);
+        }),
+    }
     held.iter().for_each(|(place, end)| p.set(*place, *end));
 }
 
 /// Rows in a band.
 const BAND: usize = 32;
 
-/// Some rows of gains: coarse ends less fine ones.
+/// Some rows of gains: where coarse ends are now less where they were sampled, columns in order.
 struct Gain<'a> {
-    fine: &'a Level,
     coarse: &'a Level,
     /// The first coarse row.
     first: usize,
-    before: &'a [f32],
     now: &'a [f32],
     gains: &'a mut [f32],
 }
@@ -128,24 +164,17 @@ impl WithSimd for Gain<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { fine, coarse, first, before, now, gains } = self;
-        for (index, gains) in gains.chunks_mut(coarse.row_length()).enumerate() {
-            let (row, fine_row) = (first + index, sampled(first + index, fine.rows));
+        let Self { coarse, first, now, gains } = self;
+        for (row, gains) in (first..).zip(gains.chunks_mut(coarse.row_length())) {
+            let (pairs, rest) = gains[..coarse.columns].as_chunks_mut::<2>();
             let [even, odd] = [coarse.place(0, row), coarse.place(1, row)];
-            let fine_even = fine.place(0, fine_row);
-            let before_row = &before[fine_even..fine_even + fine.columns.div_ceil(2)];
-            let ((gains_of_pairs, _), (pairs, rest)) = (gains.as_chunks_mut::<2>(), before_row.as_chunks::<2>());
-            let (evens, odds) = (&now[even..even + pairs.len()], &now[odd..odd + pairs.len()]);
-            for ((gain, pair), (even, odd)) in gains_of_pairs.iter_mut().zip(pairs).zip(evens.iter().zip(odds)) {
-                *gain = [even - pair[0], odd - pair[1]];
+            let (evens, odds) = (&now[even..][..pairs.len()], &now[odd..][..pairs.len()]);
+            for (gain, (even, odd)) in pairs.iter_mut().zip(evens.iter().zip(odds)) {
+                *gain = [even - gain[0], odd - gain[1]];
             }
-            let column = 2 * pairs.len();
-            if let [before] = rest {
-                gains[column] = now[coarse.place(column, row)] - before;
+            if let [gain] = rest {
+                *gain = now[coarse.place(coarse.columns - 1, row)] - *gain;
             }
-            // With an even number of columns the last one is an odd one.
-            let last = coarse.columns - 1;
-            gains[last] = now[coarse.place(last, row)] - before[fine.place(fine.columns - 1, fine_row)];
         }
     }
 }
@@ -160,6 +189,9 @@ struct Prolong<'a> {
     first: usize,
     gains: &'a [f32],
     p: &'a mut [f32],
+    /// Empty for levels that do not go on.
+    previous: &'a mut [f32],
+    momentum: f32,
 }
 
 impl WithSimd for Prolong<'_> {
@@ -167,12 +199,16 @@ impl WithSimd for Prolong<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { columns, rows, row_length, coarse, first, gains, p } = self;
+        let Self { columns, rows, row_length, coarse, first, gains, p, previous, momentum } = self;
         let (evens, odds) = (columns.div_ceil(2), columns / 2);
         // With an even number of columns the last one is sampled itself: it has the gain of the last coarse column.
         let between = if columns.is_multiple_of(2) { odds - 1 } else { odds };
         let gains_of = |row: usize| &gains[row * coarse.row_length()..][..coarse.columns];
+        let mut previous = previous.chunks_mut(row_length);
         for (row, p) in (first..).zip(p.chunks_mut(row_length)) {
+            if let Some(previous) = previous.next() {
+                go_on(p, previous, momentum);
+            }
             let [one, other] = parents(row, rows);
             let (one, other) = (gains_of(one), gains_of(other));
             let (even, odd) = p.split_at_mut(row_length / 2);
@@ -189,5 +225,20 @@ impl WithSimd for Prolong<'_> {
                 odd[between] += 0.5 * (one[odds] + other[odds]);
             }
         }
+    }
+}
+
+/// p += momentum (p - previous), and the old p becomes the previous one.
+#[inline(always)]
+fn go_on(p: &mut [f32], previous: &mut [f32], momentum: f32) {
+    // What is left there from another step need not be a number.
+    if momentum == 0.0 {
+        previous.copy_from_slice(p);
+        return;
+    }
+    for (p, previous) in p.iter_mut().zip(previous) {
+        let now = *p;
+        *p = now + momentum * (now - *previous);
+        *previous = now;
     }
 }
