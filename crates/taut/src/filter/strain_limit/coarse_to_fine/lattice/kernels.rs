@@ -4,6 +4,7 @@
 //! blocks long. Places are relative to a particle of the cloth: far from the origin single precision is coarse.
 
 use pulp::Simd;
+use pulp::bytemuck::cast_slice;
 
 use crate::geometry::{Vectors, reciprocal_sqrt};
 
@@ -95,8 +96,9 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limits: Limits<'
     }
 }
 
-/// Largest (|P_uv| / R)^2, lane by lane, of `worst` and the run whose ends begin at `a` and `b`; calls `mark` with the number
-/// of each block in which it is over `enough`. `inverse` holds 1 / R^2.
+/// Largest (|P_uv| / R)^2, lane by lane, of `worst` and the run whose ends begin at `a` and `b`; where it is over `enough`, calls
+/// `mark` with the place of a register's first spring and 1 for each of its springs that are, 0 for the others. `inverse` holds
+/// 1 / R^2.
 #[inline(always)]
 pub(super) fn worst<S: Simd>(
     simd: S,
@@ -105,7 +107,7 @@ pub(super) fn worst<S: Simd>(
     inverse: &[f32],
     worst: S::f32s,
     enough: f32,
-    mut mark: impl FnMut(usize),
+    mut mark: impl FnMut(usize, &[f32]),
 ) -> S::f32s {
     let run = |from: usize| from..from + inverse.len();
     let inverse = lanes::<S>(inverse);
@@ -113,14 +115,16 @@ pub(super) fn worst<S: Simd>(
     let [ap, aq, ar] = [&p.x, &p.y, &p.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
     let [bp, bq, br] = [&p.x, &p.y, &p.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
     let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
-    let enough = simd.splat_f32s(enough);
+    let [enough, one, zero] = [enough, 1.0, 0.0].map(|value| simd.splat_f32s(value));
     let mut worst = worst;
     for i in 0..len {
         let [x, y, z] = [sub(bp[i], ap[i]), sub(bq[i], aq[i]), sub(br[i], ar[i])];
         let ratio = mul(add(add(mul(x, x), mul(y, y)), mul(z, z)), inverse[i]);
         worst = simd.max_f32s(worst, ratio);
-        if simd.first_true_m32s(simd.greater_than_f32s(ratio, enough)) < S::F32_LANES {
-            mark(i * S::F32_LANES / BLOCK);
+        let over = simd.greater_than_f32s(ratio, enough);
+        // Which lane is the first that is over is counted from different ends by different registers.
+        if simd.first_true_m32s(over) < S::F32_LANES {
+            mark(i * S::F32_LANES, cast_slice(&[simd.select_f32s(over, one, zero)]));
         }
     }
     worst

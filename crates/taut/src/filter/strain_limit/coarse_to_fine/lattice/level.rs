@@ -148,9 +148,9 @@ impl Level {
     /// where it is over `enough`.
     pub fn measure(&self, enough: f32, tiles: &mut Tiles, everywhere: bool, pool: &Pool) -> f32 {
         let (layout, p) = (self.layout(), &self.p);
-        tiles.measure(everywhere, pool.pays_for(self.size()), |rows, blocks, tile| {
+        tiles.measure(everywhere, pool.pays_for(self.size()), |rows, places, tile| {
             let rows = rows.start..rows.end.min(layout.rows);
-            Arch::new().dispatch(MeasureBand { layout: &layout, p, rows, blocks, enough, tile })
+            Arch::new().dispatch(MeasureBand { layout: &layout, p, rows, places, enough, tile })
         })
     }
 
@@ -229,17 +229,17 @@ impl WithSimd for SweepBand<'_> {
         let Self { layout, x, p, w, rows, pull, backwards, tiles } = self;
         for step in 0..rows.len() {
             let row = if backwards { rows.end - 1 - step } else { rows.start + step };
-            let (from, to) = tiles.map_or((0, usize::MAX), |tiles| tiles.of_row(row));
+            let places = tiles.map_or(0..usize::MAX, |tiles| tiles.of_row(row));
             for run in 0..RUNS {
                 let run = if backwards { RUNS - 1 - run } else { run };
                 let Some(Run { a, b, lengths }) = layout.run(row, run) else { continue };
                 let all = lengths.length.len();
-                let blocks = (from * BLOCK).min(all)..to.saturating_mul(BLOCK).min(all);
-                if blocks.is_empty() {
+                let places = places.start.min(all)..places.end.min(all);
+                if places.is_empty() {
                     continue;
                 }
-                let [a, b] = [a, b].map(|end| end + blocks.start);
-                let len = blocks.len();
+                let [a, b] = [a, b].map(|end| end + places.start);
+                let len = places.len();
                 // One check a run: slices of each column would be checked fourteen times.
                 assert!(a.abs_diff(b) >= len && a.min(b) >= p.first, "the two ends of a run do not overlap");
                 assert!(a.max(b) + len <= (p.first + p.x.len()).min(w.len()), "a run lies in its band");
@@ -254,7 +254,7 @@ impl WithSimd for SweepBand<'_> {
                         w: w.get_unchecked(at..at + len),
                     }
                 };
-                project(simd, end(a), end(b), lengths.of(blocks), pull);
+                project(simd, end(a), end(b), lengths.of(places), pull);
             }
         }
     }
@@ -265,7 +265,7 @@ struct MeasureBand<'a> {
     layout: &'a Layout<'a>,
     p: &'a Vectors,
     rows: Range<usize>,
-    blocks: Range<usize>,
+    places: Range<usize>,
     enough: f32,
     tile: &'a mut Tile,
 }
@@ -275,16 +275,15 @@ impl WithSimd for MeasureBand<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f32 {
-        let Self { layout, p, rows, blocks, enough, tile } = self;
+        let Self { layout, p, rows, places, enough, tile } = self;
         let mut largest = simd.splat_f32s(0.0);
-        let first = blocks.start;
         for row in rows {
             for run in 0..RUNS {
                 if let Some(Run { a, b, lengths }) = layout.run(row, run) {
                     let inverse = &*lengths.inverse_square;
-                    let there = (first * BLOCK).min(inverse.len())..(blocks.end * BLOCK).min(inverse.len());
+                    let there = places.start.min(inverse.len())..places.end.min(inverse.len());
                     let ends = [a + there.start, b + there.start];
-                    let mark = |block| tile.mark(first + block);
+                    let mark = |first, over: &[f32]| tile.mark(places.start + first, over);
                     largest = worst(simd, p, ends, &inverse[there], largest, enough * enough, mark);
                 }
             }

@@ -27,8 +27,10 @@ const STEADY: usize = 2;
 const FURTHEST: f32 = 1e-3;
 /// .. tighter than this [1] all springs are taut, and levels get more room, as steps get shorter: with the cube root.
 const ROOMY: f32 = 0.05;
-/// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
-const LOCAL_SWEEPS: usize = 3;
+/// After a cycle, the places that are still over their limit, if they are no larger a part of the cloth than this [1], are swept
+/// alone: so many times, so many rounds.
+const LOCAL: f32 = 0.125;
+const LOCAL_SWEEPS: usize = 2;
 const LOCAL_ROUNDS: usize = 2;
 
 /// A grid's levels, finest first.
@@ -179,10 +181,10 @@ impl Levels for LatticeLevels {
         let mut worst = self.levels[0].measure(enough, &mut self.tiles, true, pool);
         self.unmeasured = cycles_to_come(self.tiles.share());
         for _ in 0..LOCAL_ROUNDS {
-            if worst <= enough || self.tiles.share() >= 0.5 {
+            if worst <= enough || self.tiles.share() > LOCAL {
                 break;
             }
-            self.tiles.widen();
+            self.tiles.take_neighbours();
             let pull = self.finest_pull();
             for _ in 0..LOCAL_SWEEPS {
                 self.levels[0].sweep(pull, self.backwards, Some(&self.tiles), pool);

@@ -8,9 +8,12 @@ use super::kernels::BLOCK;
 use super::level::Level;
 
 /// Rows in a band of tiles.
-const BAND: usize = 8;
+const BAND: usize = 2;
+/// Springs to either side of what is over its limit that are swept as well, and a band above and below: what is pulled in is missing
+/// there.
+const MARGIN: usize = 2;
 
-/// The blocks of a band of rows that hold a spring over its limit, as one interval; empty if there are none.
+/// Where a band of rows holds springs over their limit: in each of its runs at the places of one interval; empty if it holds none.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Tile {
     from: usize,
@@ -22,15 +25,29 @@ pub(super) struct Tiles {
     bands: Vec<Tile>,
     /// What was measured in each.
     worst: Vec<f32>,
-    /// Blocks in the longest run.
-    blocks: usize,
+    /// Springs in the longest run, filled up.
+    springs: usize,
 }
 
 impl Tile {
-    /// Marks a block.
+    /// Marks the springs for which `over` is not zero, of those from the place `first` on.
     #[inline(always)]
-    pub fn mark(&mut self, block: usize) {
-        *self = self.join(Self { from: block, to: block + 1 });
+    pub fn mark(&mut self, first: usize, over: &[f32]) {
+        if self.from <= first && first + over.len() <= self.to {
+            return;
+        }
+        let place = |place: usize| first + place;
+        let from = over.iter().position(|&over| over != 0.0).map(place);
+        let last = over.iter().rposition(|&over| over != 0.0).map(place);
+        if let (Some(from), Some(last)) = (from, last) {
+            *self = self.join(Self { from, to: last + 1 });
+        }
+    }
+
+    /// The places of all blocks that it touches.
+    #[inline(always)]
+    fn blocks(self) -> Range<usize> {
+        self.from / BLOCK * BLOCK..self.to.next_multiple_of(BLOCK)
     }
 
     #[inline(always)]
@@ -53,11 +70,13 @@ impl Tile {
 impl Tiles {
     pub fn new(level: &Level) -> Self {
         let bands = level.rows.div_ceil(BAND);
-        Self { bands: vec![Tile::default(); bands], worst: vec![0.0; bands], blocks: level.columns.div_ceil(2).div_ceil(BLOCK) }
+        let springs = level.columns.div_ceil(2).next_multiple_of(BLOCK);
+        Self { bands: vec![Tile::default(); bands], worst: vec![0.0; bands], springs }
     }
 
-    /// Calls `work` with the rows of each band, the blocks in them that count, and an empty tile to mark; returns the largest
-    /// result. Unless everything counts, what is marked and its neighbours do: a pull reaches one spring beyond them.
+    /// Calls `work` with the rows of each band, the places in their runs that count, whole blocks, and an empty tile to mark;
+    /// returns the largest result. Unless everything counts, it is what a sweep over the tiles has changed: it was given whole
+    /// blocks, and moved the ends of the springs around them.
     pub fn measure(
         &mut self,
         everywhere: bool,
@@ -65,13 +84,18 @@ impl Tiles {
         work: impl Fn(Range<usize>, Range<usize>, &mut Tile) -> f32 + Sync,
     ) -> f32 {
         if everywhere {
-            self.bands.fill(Tile { from: 0, to: self.blocks });
+            self.bands.fill(Tile { from: 0, to: self.springs });
         } else {
-            self.widen();
+            for tile in &mut self.bands {
+                let Range { start: from, end: to } = tile.blocks();
+                *tile = Tile { from, to };
+            }
+            self.widen(1);
         }
         let each = |(band, (tile, worst)): (usize, (&mut Tile, &mut f32))| {
-            let Tile { from, to } = std::mem::take(tile);
-            *worst = if from == to { 0.0 } else { work(band * BAND..(band + 1) * BAND, from..to, tile) };
+            let tile_before = std::mem::take(tile);
+            let rows = band * BAND..(band + 1) * BAND;
+            *worst = if tile_before.is_empty() { 0.0 } else { work(rows, tile_before.blocks(), tile) };
         };
         if in_parallel {
             self.bands.par_iter_mut().zip(&mut self.worst).enumerate().for_each(each);
@@ -81,23 +105,27 @@ impl Tiles {
         self.worst.iter().fold(0.0, |largest, &worst| if worst > largest { worst } else { largest })
     }
 
-    /// The marked blocks of the runs that begin at a row.
+    /// The places that are to be swept in the runs that begin at a row: whole blocks.
     #[inline(always)]
-    pub fn of_row(&self, row: usize) -> (usize, usize) {
-        let Tile { from, to } = self.bands[row / BAND];
-        (from, to)
+    pub fn of_row(&self, row: usize) -> Range<usize> {
+        self.bands[row / BAND].blocks()
     }
 
     /// The part of the level that is marked.
     pub fn share(&self) -> f32 {
-        let marked: usize = self.bands.iter().map(|tile| tile.to - tile.from).sum();
-        marked as f32 / (self.bands.len() * self.blocks) as f32
+        let marked: usize = self.bands.iter().map(|tile| tile.blocks().len()).sum();
+        marked as f32 / (self.bands.len() * self.springs) as f32
     }
 
-    /// Marks the neighbouring bands and blocks too: what is pulled in goes over there.
-    pub fn widen(&mut self) {
+    /// Marks what is to be swept together with what is over its limit.
+    pub fn take_neighbours(&mut self) {
+        self.widen(MARGIN);
+    }
+
+    /// Marks so many springs to either side as well, and the same places of the bands above and below.
+    fn widen(&mut self, margin: usize) {
         for tile in self.bands.iter_mut().filter(|tile| !tile.is_empty()) {
-            *tile = Tile { from: tile.from.saturating_sub(1), to: (tile.to + 1).min(self.blocks) };
+            *tile = Tile { from: tile.from.saturating_sub(margin), to: (tile.to + margin).min(self.springs) };
         }
         let mut above = Tile::default();
         for index in 0..self.bands.len() {
