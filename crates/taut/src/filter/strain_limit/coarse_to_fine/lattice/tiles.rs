@@ -136,3 +136,55 @@ impl Tiles {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::filter::strain_limit::coarse_to_fine::lattice::kernels::Pull;
+    use crate::geometry::Pool;
+
+    const ENOUGH: f32 = 1.0;
+    const PULL: Pull = Pull { trigger: 0.99, aim: 0.98, at_start: false };
+
+    /// A level with springs at 0.995 of their limits, but for the particles that are `moved` [m] along a row.
+    fn level([columns, rows]: [usize; 2], moved: &[(usize, usize, f32)]) -> Level {
+        let places = |count: usize| (0..count).map(|place| 0.1 * place as f64).collect::<Vec<_>>();
+        let mut level = Level::new(&places(columns), &places(rows), 1.0 / 0.995);
+        for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
+            let place = level.place(column, row);
+            level.p.set(place, [0.1 * column as f32, 0.1 * row as f32, 0.0].into());
+            level.w[place] = 1.0;
+        }
+        for (column, row, way) in moved {
+            let place = level.place(column % columns, row % rows);
+            level.p.x[place] += way;
+        }
+        level
+    }
+
+    proptest! {
+        #[test]
+        fn what_a_local_sweep_makes_longer_is_measured(
+            size in [3_usize..80, 3_usize..40],
+            moved in prop::collection::vec((0_usize..80, 0_usize..40, -0.03_f32..0.03), 1..4),
+            backwards: bool,
+        ) {
+            let (mut level, pool) = (level(size, &moved), Pool::new(1));
+            let mut tiles = Tiles::new(&level);
+            let mut worst = level.measure(ENOUGH, &mut tiles, true, &pool);
+            for round in 0..6 {
+                if worst <= ENOUGH {
+                    break;
+                }
+                tiles.take_neighbours();
+                level.sweep(PULL, backwards ^ (round % 2 == 1), Some(&tiles), &pool);
+                worst = level.measure(ENOUGH, &mut tiles, false, &pool);
+                let everywhere = level.measure(ENOUGH, &mut Tiles::new(&level), true, &pool);
+                prop_assert_eq!(worst > ENOUGH, everywhere > ENOUGH);
+                prop_assert!(worst == everywhere || everywhere <= ENOUGH, "{worst} where it was swept, {everywhere} everywhere");
+            }
+        }
+    }
+}
