@@ -274,3 +274,23 @@ def test_other_threads_run_meanwhile(flag: dict[str, Any]) -> None:
     worker.join()
     # Were the lock of Python held, this thread would wake up once before the call and once after it.
     assert counted > 10
+
+
+def test_several_threads_may_step_one_simulation(flag: dict[str, Any]) -> None:
+    flag["cloth"][0]["grid"]["cells"] = [200, 200]
+    simulation, failures = Simulation(Scene(flag), threads=1), list[Exception]()
+
+    def step() -> None:
+        try:
+            for _ in range(20):
+                simulation.step()
+        except Exception as error:
+            failures.append(error)
+
+    workers = [threading.Thread(target=step) for _ in range(4)]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    assert not failures
+    assert simulation.steps == 80

@@ -202,19 +202,22 @@ impl Engine {
         arrays::to_numpy(py, &velocities)
     }
 
-    fn read_state(&self, py: Python<'_>, positions: &Bound<'_, PyAny>, velocities: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn read_state(&self, py: Python<'_>, positions: Py<PyAny>, velocities: Py<PyAny>) -> PyResult<()> {
         let (count, numbering) = (self.model.particle_count(), &self.model.numbering);
-        let mut positions = arrays::writable("positions", positions, count)?;
-        let mut velocities = arrays::writable("velocities", velocities, count)?;
-        let (x, v) = (arrays::rows_mut("positions", &mut positions)?, arrays::rows_mut("velocities", &mut velocities)?);
         self.with(py, |Running { state, work, .. }| {
-            let pool = work.pool();
-            pool.install(|| {
-                numbering.write_rows(&state.positions, x, &pool);
-                numbering.write_rows(&state.velocities, v, &pool);
-            });
-        });
-        Ok(())
+            // One thread at a time: others may be told of the same arrays.
+            Python::attach(|py| {
+                let mut positions = arrays::writable("positions", positions.bind(py), count)?;
+                let mut velocities = arrays::writable("velocities", velocities.bind(py), count)?;
+                let (x, v) = (arrays::rows_mut("positions", &mut positions)?, arrays::rows_mut("velocities", &mut velocities)?);
+                let pool = work.pool();
+                pool.install(|| {
+                    numbering.write_rows(&state.positions, x, &pool);
+                    numbering.write_rows(&state.velocities, v, &pool);
+                });
+                Ok(())
+            })
+        })
     }
 
     #[getter]
