@@ -159,7 +159,7 @@ proptest! {
         let run = |points: &Points, velocities: &[[f32; 3]]| {
             let mut run = Simulation::new(&net(points, &links, "sweeps", true));
             run.state = with_velocities(&run.model, velocities);
-            (0..3).for_each(|_| { step(&run.model, &mut run.state, &mut run.work); });
+            (0..3).for_each(|_| { run.steps(1); });
             run.state
         };
         let (plain, moved) = (run(&points, &velocities), run(&turned, &turned_velocities));

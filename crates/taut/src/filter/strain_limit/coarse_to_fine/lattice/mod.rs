@@ -162,7 +162,7 @@ impl Levels for LatticeLevels {
         let momentum = momentum(cycles, 1.0);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
-            let ahead = (index == 1).then(|| Ahead { previous: &mut self.previous, momentum });
+            let ahead = (index == 1).then_some(Ahead { previous: &mut self.previous, momentum });
             sample_ends(&fine[index - 1], ahead, &mut coarse[0], &mut self.sampled[index], pool);
         }
         for index in (1..self.levels.len()).rev() {
@@ -170,7 +170,7 @@ impl Levels for LatticeLevels {
                 self.sweep(index, pool);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
-            let ahead = (index == 1).then(|| Ahead { previous: &mut self.previous, momentum });
+            let ahead = (index == 1).then_some(Ahead { previous: &mut self.previous, momentum });
             prolong(&mut fine[index - 1], ahead, &coarse[0], &mut self.sampled[index], pool);
         }
         self.sweep(0, pool);
