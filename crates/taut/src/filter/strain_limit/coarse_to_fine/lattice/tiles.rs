@@ -93,9 +93,9 @@ impl Tiles {
             self.widen(1);
         }
         let each = |(band, (tile, worst)): (usize, (&mut Tile, &mut f32))| {
-            let tile_before = std::mem::take(tile);
+            let before = std::mem::take(tile);
             let rows = band * BAND..(band + 1) * BAND;
-            *worst = if tile_before.is_empty() { 0.0 } else { work(rows, tile_before.blocks(), tile) };
+            *worst = if before.is_empty() { 0.0 } else { work(rows, before.blocks(), tile) };
         };
         if in_parallel {
             self.bands.par_iter_mut().zip(&mut self.worst).enumerate().for_each(each);

@@ -92,14 +92,11 @@ impl WithSimd for Sample<'_> {
             // With an even number of columns the last one is an odd one.
             let last = fine.place(fine.columns - 1, fine_row);
             let sampled_row = &mut sampled_row[..columns];
-            sampled_row[..evens.len()].copy_from_slice(&from[evens.clone()]);
-            sampled_row[columns - 1] = from[last];
-            if momentum > 0.0 {
-                for (value, previous) in sampled_row[..evens.len()].iter_mut().zip(&previous[evens]) {
-                    *value += momentum * (*value - previous);
-                }
-                sampled_row[columns - 1] = from[last] + momentum * (from[last] - previous[last]);
+            let places = from[evens.clone()].iter().zip(&previous[evens]);
+            for (value, (now, previous)) in sampled_row.iter_mut().zip(places) {
+                *value = ahead(*now, *previous, momentum);
             }
+            sampled_row[columns - 1] = ahead(from[last], previous[last], momentum);
             let (pairs, rest) = sampled_row.as_chunks::<2>();
             let (even, odd) = to.split_at_mut(row_length / 2);
             for ((even, odd), pair) in even.iter_mut().zip(odd.iter_mut()).zip(pairs) {
@@ -207,7 +204,11 @@ impl WithSimd for Prolong<'_> {
         let mut previous = previous.chunks_mut(row_length);
         for (row, p) in (first..).zip(p.chunks_mut(row_length)) {
             if let Some(previous) = previous.next() {
-                go_on(p, previous, momentum);
+                for (p, previous) in p.iter_mut().zip(previous) {
+                    let now = *p;
+                    *p = ahead(now, *previous, momentum);
+                    *previous = now;
+                }
             }
             let [one, other] = parents(row, rows);
             let (one, other) = (gains_of(one), gains_of(other));
@@ -228,17 +229,9 @@ impl WithSimd for Prolong<'_> {
     }
 }
 
-/// p += momentum (p - previous), and the old p becomes the previous one.
+/// Where the way from `previous` to `now` leads. Without momentum that is `now`: what is left there from another step need not be a
+/// number.
 #[inline(always)]
-fn go_on(p: &mut [f32], previous: &mut [f32], momentum: f32) {
-    // What is left there from another step need not be a number.
-    if momentum == 0.0 {
-        previous.copy_from_slice(p);
-        return;
-    }
-    for (p, previous) in p.iter_mut().zip(previous) {
-        let now = *p;
-        *p = now + momentum * (now - *previous);
-        *previous = now;
-    }
+fn ahead(now: f32, previous: f32, momentum: f32) -> f32 {
+    if momentum == 0.0 { now } else { now + momentum * (now - previous) }
 }
