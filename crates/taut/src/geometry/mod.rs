@@ -1,6 +1,7 @@
 //! Vectors as structure of arrays, and the thread pool that walks over them. Knows nothing of cloth.
 
 mod parallel;
+mod quads;
 mod registers;
 mod rows;
 mod rsqrt;
@@ -8,6 +9,7 @@ mod sine;
 mod vectors;
 
 pub use parallel::{CHUNK, Pool, for_each_chunk, sum_of_chunks, sum_over_chunks};
+pub use quads::{by_axis, by_vector, fill_quads};
 pub use registers::lanes;
 pub use rows::{Block, LINE, Rows, SharedRows, copy_column, fill_column, register, registers, set_registers};
 pub use rsqrt::{reciprocal_sqrt, reciprocal_sqrts};

@@ -60,6 +60,14 @@ impl Vectors {
         self.z[index] = value.z;
     }
 
+    /// The three arrays. That they are equally long is in sight here: one check of an index does for all of them.
+    #[inline(always)]
+    #[must_use]
+    pub fn columns(&self) -> [&[f32]; 3] {
+        let len = self.x.len();
+        [&self.x[..len], &self.y[..len], &self.z[..len]]
+    }
+
     /// Makes this a copy of `other`, without allocating when the lengths agree.
     pub fn copy_from(&mut self, other: &Self) {
         self.x.clone_from(&other.x);

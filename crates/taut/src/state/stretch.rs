@@ -82,9 +82,10 @@ fn longest(model: &Model, springs: Range<usize>, positions: &Vectors) -> Option<
 
 /// |X_uv|^2 of some springs [m^2].
 pub fn measure_squares(model: &Model, springs: Range<usize>, positions: &Vectors, squares: &mut [f32]) {
+    let columns = positions.columns();
     for (square, ends) in squares.iter_mut().zip(&model.springs.ends[springs]) {
         let [u, v] = ends.map(|end| end as usize);
-        let [x, y, z] = [&positions.x, &positions.y, &positions.z].map(|column| column[v] - column[u]);
+        let [x, y, z] = columns.map(|column| column[v] - column[u]);
         *square = x * x + y * y + z * z;
     }
 }

@@ -1,5 +1,6 @@
 //! The two laws (paper, section 2.1) in vector registers: a force along or with the difference of two ends.
 
+use glam::Vec4;
 use pulp::Simd;
 
 use super::row::Three;
@@ -17,8 +18,8 @@ pub(crate) trait Law: Copy + Sync {
         differences: &[Three<S::f32s>; N],
         constants: [[S::f32s; 2]; N],
     ) -> [S::f32s; N];
-    /// The same of one register, within rounding: where memory is waited for anyway, dividing costs nothing.
-    fn exact_factor<S: Simd>(self, simd: S, difference: Three<S::f32s>, constants: [S::f32s; 2]) -> S::f32s;
+    /// The same of four springs, within rounding: where memory is waited for anyway, dividing costs nothing.
+    fn factor_of_four(self, difference: Three<Vec4>, constants: [Vec4; 2]) -> Vec4;
 }
 
 /// Hooke's law: `F_s = k_s (1 - L / |X_uv|) X_uv` on u, `X_uv = X_v - X_u` [N]. Two particles at the same place have no direction
@@ -55,11 +56,10 @@ impl Law for Hooke {
     }
 
     #[inline(always)]
-    fn exact_factor<S: Simd>(self, simd: S, difference: Three<S::f32s>, constants: [S::f32s; 2]) -> S::f32s {
-        let [stiffness, stiffness_rest] = constants;
+    fn factor_of_four(self, [x, y, z]: Three<Vec4>, [stiffness, stiffness_rest]: [Vec4; 2]) -> Vec4 {
+        let length = (x * x + y * y + z * z).map(f32::sqrt);
         // The floor keeps two particles at the same place from dividing by zero.
-        let length = simd.max_f32s(simd.sqrt_f32s(square(simd, difference)), simd.splat_f32s(1e-30));
-        simd.sub_f32s(stiffness, simd.div_f32s(stiffness_rest, length))
+        stiffness - stiffness_rest / length.max(Vec4::splat(1e-30))
     }
 }
 
@@ -86,7 +86,7 @@ impl Law for Damper {
     }
 
     #[inline(always)]
-    fn exact_factor<S: Simd>(self, _: S, _: Three<S::f32s>, [damping, _]: [S::f32s; 2]) -> S::f32s {
+    fn factor_of_four(self, _: Three<Vec4>, [damping, _]: [Vec4; 2]) -> Vec4 {
         damping
     }
 }

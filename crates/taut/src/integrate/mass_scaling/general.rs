@@ -1,14 +1,17 @@
 //! Meshes: the levels of their hierarchy.
 
-use glam::{Vec3, Vec3A};
+use glam::{Vec4, Vec4Swizzles};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::{Levels, Shares};
-use crate::geometry::{Pool, Vectors, for_each_chunk};
+use crate::geometry::{Pool, Vectors, VectorsChunk, fill_quads, for_each_chunk};
 use crate::model::{Adjacency, ClothRange, Hierarchy, Parents};
 
 /// The levels of a cloth above the cloth itself.
 pub(super) struct GeneralLevels {
     cloth: ClothRange,
+    /// What the cloth's own particles would gain [m/s].
+    own: Vec<Vec4>,
     coarse: Vec<Level>,
 }
 
@@ -17,7 +20,7 @@ struct Level {
     /// 1 / M_l [1/kg]; zero for what is fixed.
     weights: Vec<f32>,
     /// P_l^T M V on the way up, velocities on the way down.
-    field: Vec<Vec3A>,
+    field: Vec<Vec4>,
     /// What each particle of the finer level follows: P.
     parents: Vec<Parents>,
     /// The same as seen from here: P^T, or P^T M above the cloth itself.
@@ -42,33 +45,26 @@ impl GeneralLevels {
             let weight = |(&mass, &fixed): (&f64, &bool)| if fixed { 0.0 } else { (1.0 / mass) as f32 };
             Level {
                 weights: level.masses.iter().zip(&level.fixed).map(weight).collect(),
-                field: vec![Vec3A::ZERO; level.nodes.len()],
+                field: vec![Vec4::ZERO; level.nodes.len()],
                 children: Adjacency::new(level.nodes.len(), followed),
                 parents,
             }
         });
-        Self { cloth: cloth.clone(), coarse: coarse.collect() }
+        Self { cloth: cloth.clone(), own: vec![Vec4::ZERO; cloth.count], coarse: coarse.collect() }
     }
 }
 
 impl Levels for GeneralLevels {
     fn add(&mut self, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
-        let Self { cloth, coarse } = self;
+        let Self { cloth, own, coarse } = self;
         let first = cloth.first;
+        fill_quads(own, gains, first, pool);
         let coarse = &mut coarse[..shares.len() - 1];
         for index in 0..coarse.len() {
             let (finer, here) = coarse.split_at_mut(index);
             let Level { field, children, .. } = &mut here[0];
-            let finer = finer.last().map(|level| &level.field);
-            for_each_chunk(field, pool, |start, chunk| {
-                for (place, value) in (start..).zip(chunk) {
-                    let children = children.of(place).iter().map(|&(child, part)| (child as usize, part));
-                    *value = match finer {
-                        Some(finer) => children.map(|(child, part)| finer[child] * part).sum(),
-                        None => children.map(|(child, part)| at(gains, first + child) * part).sum(),
-                    };
-                }
-            });
+            let finer = finer.last().map_or(&*own, |level| &level.field);
+            for_each_chunk(field, pool, |first, sums| Arch::new().dispatch(Restrict { sums, first, children, finer }));
         }
         for index in (0..coarse.len()).rev() {
             let (here, coarser) = coarse.split_at_mut(index + 1);
@@ -77,31 +73,68 @@ impl Levels for GeneralLevels {
             for_each_chunk(field, pool, |start, chunk| {
                 for (place, value) in (start..).zip(chunk) {
                     *value =
-                        *value * (share * weights[place]) + coarser.first().map_or(Vec3A::ZERO, |level| level.prolonged(place));
+                        *value * (share * weights[place]) + coarser.first().map_or(Vec4::ZERO, |level| level.prolonged(place));
                 }
             });
         }
-        velocities.for_each_chunk_of(cloth.particles(), pool, |chunk| {
-            chunk.map(|particle, velocity| {
-                let gain = at(gains, particle) * shares[0];
-                let gain = gain + coarse.first().map_or(Vec3A::ZERO, |level| level.prolonged(particle - first));
-                velocity + Vec3::from(gain)
-            });
+        velocities.for_each_chunk_of(cloth.particles(), pool, |velocities| {
+            Arch::new().dispatch(Add { velocities, first, own, share: shares[0], coarse: coarse.first() });
         });
+    }
+}
+
+/// P^T of a field, from the particle `first` of a level on.
+struct Restrict<'a> {
+    sums: &'a mut [Vec4],
+    first: usize,
+    children: &'a Adjacency<(u32, f32)>,
+    finer: &'a [Vec4],
+}
+
+impl WithSimd for Restrict<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (place, sum) in (self.first..).zip(self.sums) {
+            *sum = self.children.of(place).iter().map(|&(child, part)| self.finer[child as usize] * part).sum();
+        }
+    }
+}
+
+/// What velocities gain from their own level and from the coarse ones.
+struct Add<'a> {
+    velocities: VectorsChunk<'a>,
+    /// The cloth's first particle.
+    first: usize,
+    own: &'a [Vec4],
+    share: f32,
+    coarse: Option<&'a Level>,
+}
+
+impl WithSimd for Add<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { velocities, first, own, share, coarse } = self;
+        velocities.map(
+            #[inline(always)]
+            |particle, velocity| {
+                let place = particle - first;
+                let gain = own[place] * share + coarse.map_or(Vec4::ZERO, |level| level.prolonged(place));
+                velocity + gain.xyz()
+            },
+        );
     }
 }
 
 impl Level {
     /// P at a particle of the finer level. What is fixed gets nothing: all that it follows is fixed as well.
     #[inline(always)]
-    fn prolonged(&self, place: usize) -> Vec3A {
+    fn prolonged(&self, place: usize) -> Vec4 {
         let Parents { places, parts } = &self.parents[place];
         let [a, b, c] = places.map(|above| self.field[above as usize]);
         a * parts[0] + b * parts[1] + c * parts[2]
     }
-}
-
-#[inline(always)]
-fn at(vectors: &Vectors, index: usize) -> Vec3A {
-    Vec3A::new(vectors.x[index], vectors.y[index], vectors.z[index])
 }

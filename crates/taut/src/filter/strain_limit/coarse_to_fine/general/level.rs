@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-use glam::{Mat4, Vec4, Vec4Swizzles};
+use glam::{Vec4, Vec4Swizzles};
+use pulp::{Arch, Simd, WithSimd};
 
-use crate::geometry::{Pool, for_each_chunk};
+use crate::geometry::{Pool, by_axis, by_vector, for_each_chunk};
 use crate::model::Parents;
 
 /// How many springs are looked at together.
@@ -60,12 +61,12 @@ pub(super) struct Pull {
 impl Level {
     /// Projects the springs of some bundles, one bundle after the other.
     pub fn sweep(&mut self, run: Range<usize>, pull: Pull, backwards: bool) {
-        let Self { d, bundles, .. } = self;
-        if backwards {
-            bundles[run].iter().rev().for_each(|bundle| bundle.project(d, pull));
-        } else {
-            bundles[run].iter().for_each(|bundle| bundle.project(d, pull));
-        }
+        Arch::new().dispatch(Sweep { d: &mut self.d, bundles: &self.bundles[run], pull, backwards });
+    }
+
+    /// The largest (|X_uv + D_uv| / R)^2 of some bundles, lane by lane.
+    pub fn worst(&self, run: Range<usize>) -> Vec4 {
+        Arch::new().dispatch(Worst { d: &self.d, bundles: &self.bundles[run] })
     }
 
     /// Takes the displacements of the finest level.
@@ -82,12 +83,70 @@ impl Level {
             *gain = *d - *gain;
         }
         let (parents, gains) = (&self.parents, &coarse.before);
-        for_each_chunk(&mut self.d, pool, |start, chunk| {
-            for (d, Parents { places, parts }) in chunk.iter_mut().zip(&parents[start..]) {
-                let [a, b, c] = places.map(|place| gains[place as usize]);
-                *d += a * parts[0] + b * parts[1] + c * parts[2];
-            }
+        for_each_chunk(&mut self.d, pool, |start, d| {
+            Arch::new().dispatch(Follow { parents: &parents[start..start + d.len()], d, gains });
         });
+    }
+}
+
+struct Sweep<'a> {
+    d: &'a mut [Vec4],
+    bundles: &'a [Bundle],
+    pull: Pull,
+    backwards: bool,
+}
+
+impl WithSimd for Sweep<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { d, bundles, pull, backwards } = self;
+        if backwards {
+            for bundle in bundles.iter().rev() {
+                bundle.project(d, pull);
+            }
+        } else {
+            for bundle in bundles {
+                bundle.project(d, pull);
+            }
+        }
+    }
+}
+
+struct Worst<'a> {
+    d: &'a [Vec4],
+    bundles: &'a [Bundle],
+}
+
+impl WithSimd for Worst<'_> {
+    type Output = Vec4;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec4 {
+        let mut worst = Vec4::ZERO;
+        for bundle in self.bundles {
+            worst = worst.max(bundle.squares(self.d) / (bundle.limit * bundle.limit));
+        }
+        worst
+    }
+}
+
+struct Follow<'a> {
+    d: &'a mut [Vec4],
+    parents: &'a [Parents],
+    gains: &'a [Vec4],
+}
+
+impl WithSimd for Follow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (d, Parents { places, parts }) in self.d.iter_mut().zip(self.parents) {
+            let [a, b, c] = places.map(|place| self.gains[place as usize]);
+            *d += a * parts[0] + b * parts[1] + c * parts[2];
+        }
     }
 }
 
@@ -131,7 +190,7 @@ impl Bundle {
     pub fn begin(&mut self, x: impl Fn(u32) -> Vec4) {
         let [a, b] = self.ends;
         let between = |lane: usize| x(b[lane]) - x(a[lane]);
-        self.start = lanes(between(0), between(1), between(2), between(3));
+        self.start = by_axis([0, 1, 2, 3].map(between));
     }
 
     /// The squares of the lengths at the start of the step [m^2].
@@ -145,7 +204,7 @@ impl Bundle {
     fn moved(&self, d: &[Vec4]) -> [Vec4; 3] {
         let [a, b] = self.ends;
         let between = |lane: usize| d[b[lane] as usize] - d[a[lane] as usize];
-        lanes(between(0), between(1), between(2), between(3))
+        by_axis([0, 1, 2, 3].map(between))
     }
 
     /// |X_uv + D_uv|^2 [m^2].
@@ -182,18 +241,8 @@ impl Bundle {
         // The floor keeps two held ends from dividing by zero.
         let share = Vec4::select(over, excess / (of_a + of_b).max(Vec4::splat(1e-30)), Vec4::ZERO);
         for (ends, share) in [(a, share * of_a), (b, -share * of_b)] {
-            let [x, y, z] = along.map(|along| along * share);
-            let ways = Mat4::from_cols(x, y, z, Vec4::ZERO).transpose();
-            for (lane, end) in ends.into_iter().enumerate() {
-                d[end as usize] += ways.col(lane);
-            }
+            let ways = by_vector(along.map(|along| along * share));
+            ends.into_iter().zip(ways).for_each(|(end, way)| d[end as usize] += way);
         }
     }
-}
-
-/// The coordinates of four vectors, one by one.
-#[inline(always)]
-fn lanes(a: Vec4, b: Vec4, c: Vec4, d: Vec4) -> [Vec4; 3] {
-    let by_axis = Mat4::from_cols(a, b, c, d).transpose();
-    [by_axis.x_axis, by_axis.y_axis, by_axis.z_axis]
 }

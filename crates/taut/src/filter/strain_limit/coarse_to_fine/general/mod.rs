@@ -42,7 +42,7 @@ pub(super) struct GeneralLevels {
     /// Displacements one cycle ago [m].
     previous: Vec<Vec4>,
     /// Displacements as they were proposed, and as they come out [m].
-    proposed: Vectors,
+    proposed: Vec<Vec4>,
     corrected: Vectors,
     /// How far each particle may go with all its springs within their limits [m].
     room: Vec<f32>,
@@ -72,7 +72,7 @@ impl GeneralLevels {
             weights,
             x: vec![Vec4::ZERO; count],
             previous: levels[0].d.clone(),
-            proposed: Vectors::zeros(count),
+            proposed: levels[0].d.clone(),
             corrected: Vectors::zeros(count),
             room: vec![0.0; count],
             tiles,
@@ -111,16 +111,12 @@ impl GeneralLevels {
 
     /// Largest |P_uv| / R, everywhere or around the tiles that were swept alone; marks the tiles where it is over `enough`.
     fn measure(&mut self, enough: f32, everywhere: bool) -> f32 {
-        let Level { d, bundles, .. } = &self.levels[0];
         let mut worst = Vec4::ZERO;
         for tile in 0..self.tiles.count() {
             if !everywhere && !self.tiles.is_near_wide(tile) {
                 continue;
             }
-            let mut here = Vec4::ZERO;
-            for bundle in &bundles[self.tiles.bundles(tile)] {
-                here = here.max(bundle.squares(d) / (bundle.limit * bundle.limit));
-            }
+            let here = self.levels[0].worst(self.tiles.bundles(tile));
             self.tiles.mark(tile, here.max_element() > enough * enough);
             worst = worst.max(here);
         }
@@ -155,22 +151,27 @@ impl GeneralLevels {
 
     /// Hands the displacements of the finest level out.
     fn hand_out(&mut self) {
-        for (place, d) in self.levels[0].d.iter().enumerate() {
-            self.corrected.set(place, d.xyz());
+        let Vectors { x, y, z } = &mut self.corrected;
+        for (d, ((x, y), z)) in self.levels[0].d.iter().zip(x.iter_mut().zip(y).zip(z)) {
+            (*x, *y, *z) = (d.x, d.y, d.z);
         }
     }
 }
 
 impl Levels for GeneralLevels {
     fn load(&mut self, positions: &Vectors, ends: &Vectors, _: &Pool) {
-        for (place, &particle) in self.particles.iter().enumerate() {
-            let start = positions.get(particle as usize);
-            let d = ends.get(particle as usize) - start;
-            self.x[place] = start.extend(0.0);
-            self.levels[0].d[place] = d.extend(self.weights[place]);
-            self.proposed.set(place, d);
+        let (positions, ends) = (positions.columns(), ends.columns());
+        let places = self.x.iter_mut().zip(&mut self.levels[0].d);
+        for (particle, (x, d)) in self.particles.iter().zip(places) {
+            let [start, end] = [positions, ends].map(|[x, y, z]| {
+                let particle = *particle as usize;
+                Vec3::new(x[particle], y[particle], z[particle])
+            });
+            *x = start.extend(0.0);
+            *d = (end - start).extend(d.w);
         }
-        self.corrected.copy_from(&self.proposed);
+        self.proposed.copy_from_slice(&self.levels[0].d);
+        self.hand_out();
         let (finest, coarse) = self.levels.split_at_mut(1);
         for bundle in &mut finest[0].bundles {
             bundle.begin(|end| self.x[end as usize]);
@@ -231,11 +232,12 @@ impl Levels for GeneralLevels {
 
     fn release(&mut self, _: &Pool) {
         self.measure_room(1.0 - 0.5 * self.deltas[0]);
-        for (place, d) in self.levels[0].d.iter_mut().enumerate() {
-            let way = self.proposed.get(place) - d.xyz();
-            let (length, room) = (way.length(), self.room[place]);
+        for ((d, proposed), &room) in self.levels[0].d.iter_mut().zip(&self.proposed).zip(&self.room) {
+            // Inverse masses are the same in both.
+            let way = *proposed - *d;
+            let length = way.xyz().length();
             let part = if length > room { room / length } else { 1.0 };
-            *d += (way * part).extend(0.0);
+            *d += way * part;
         }
         self.hand_out();
     }
