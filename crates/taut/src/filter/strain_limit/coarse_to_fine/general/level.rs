@@ -59,9 +59,9 @@ pub(super) struct Pull {
 }
 
 impl Level {
-    /// Projects the springs of some bundles, one bundle after the other.
-    pub fn sweep(&mut self, run: Range<usize>, pull: Pull, backwards: bool) {
-        Arch::new().dispatch(Sweep { d: &mut self.d, bundles: &self.bundles[run], pull, backwards });
+    /// Projects the springs of some bundles, one bundle after the other; `pulled` hears of the ends of those that were over.
+    pub fn sweep(&mut self, run: Range<usize>, pull: Pull, backwards: bool, pulled: impl FnMut(&[[u32; LANES]; 2])) {
+        Arch::new().dispatch(Sweep { d: &mut self.d, bundles: &self.bundles[run], pull, backwards, pulled });
     }
 
     /// The largest (|X_uv + D_uv| / R)^2 of some bundles, lane by lane.
@@ -89,26 +89,27 @@ impl Level {
     }
 }
 
-struct Sweep<'a> {
+struct Sweep<'a, F> {
     d: &'a mut [Vec4],
     bundles: &'a [Bundle],
     pull: Pull,
     backwards: bool,
+    pulled: F,
 }
 
-impl WithSimd for Sweep<'_> {
+impl<F: FnMut(&[[u32; LANES]; 2])> WithSimd for Sweep<'_, F> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { d, bundles, pull, backwards } = self;
+        let Self { d, bundles, pull, backwards, mut pulled } = self;
         if backwards {
             for bundle in bundles.iter().rev() {
-                bundle.project(d, pull);
+                bundle.project(d, pull, &mut pulled);
             }
         } else {
             for bundle in bundles {
-                bundle.project(d, pull);
+                bundle.project(d, pull, &mut pulled);
             }
         }
     }
@@ -217,7 +218,7 @@ impl Bundle {
 
     /// Pulls together the ends of each spring that is over its trigger, each end by its share.
     #[inline(always)]
-    fn project(&self, d: &mut [Vec4], pull: Pull) {
+    fn project(&self, d: &mut [Vec4], pull: Pull, pulled: impl FnOnce(&[[u32; LANES]; 2])) {
         let moved = self.moved(d);
         let [x, y, z] = [0, 1, 2].map(|axis| self.start[axis] + moved[axis]);
         let square = x * x + y * y + z * z;
@@ -244,5 +245,6 @@ impl Bundle {
             let ways = by_vector(along.map(|along| along * share));
             ends.into_iter().zip(ways).for_each(|(end, way)| d[end as usize] += way);
         }
+        pulled(&self.ends);
     }
 }

@@ -90,33 +90,34 @@ impl GeneralLevels {
         Pull { trigger: 1.0 - 0.5 * delta, aim: 1.0 - delta, at_start: false }
     }
 
+    /// Sweeps a coarse level.
     fn sweep(&mut self, index: usize) {
-        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: 1.0, aim: 1.0, at_start: true } };
         let level = &mut self.levels[index];
-        level.sweep(0..level.bundles.len(), pull, self.backwards);
+        level.sweep(0..level.bundles.len(), Pull { trigger: 1.0, aim: 1.0, at_start: true }, self.backwards, |_| ());
         self.backwards = !self.backwards;
     }
 
-    fn sweep_tiles(&mut self) {
+    /// Sweeps the finest level, everywhere or where it is marked and around that.
+    fn sweep_finest(&mut self, everywhere: bool) {
         let pull = self.finest_pull();
-        let count = self.tiles.count();
+        let Self { levels, tiles, .. } = self;
+        let count = tiles.count();
         for tile in 0..count {
             let tile = if self.backwards { count - 1 - tile } else { tile };
-            if self.tiles.is_wide(tile) {
-                self.levels[0].sweep(self.tiles.bundles(tile), pull, self.backwards);
+            if everywhere || tiles.is_wide(tile) {
+                levels[0].sweep(tiles.bundles(tile), pull, self.backwards, |ends| tiles.moves(ends));
             }
         }
         self.backwards = !self.backwards;
     }
 
-    /// Largest |P_uv| / R, everywhere or around the tiles that were swept alone; marks the tiles where it is over `enough`.
-    fn measure(&mut self, enough: f32, everywhere: bool) -> f32 {
+    /// Largest |P_uv| / R where sweeps moved something; elsewhere it is below their trigger, and that is below `enough`. Marks the
+    /// tiles where it is over `enough`.
+    fn measure(&mut self, enough: f32) -> f32 {
         let mut worst = Vec4::ZERO;
         for tile in 0..self.tiles.count() {
-            if !everywhere && !self.tiles.is_near_wide(tile) {
-                continue;
-            }
-            let here = self.levels[0].worst(self.tiles.bundles(tile));
+            let changed = self.tiles.has_changed(tile);
+            let here = if changed { self.levels[0].worst(self.tiles.bundles(tile)) } else { Vec4::ZERO };
             self.tiles.mark(tile, here.max_element() > enough * enough);
             worst = worst.max(here);
         }
@@ -197,7 +198,8 @@ impl Levels for GeneralLevels {
                 *d = self.corrected.get(place).extend(d.w);
             }
             self.go_on(0.0);
-            return Some(self.measure(enough, true));
+            self.tiles.moves_all();
+            return Some(self.measure(enough));
         }
         self.go_on(momentum(cycles, LAG));
         let (finest, coarse) = self.levels.split_at_mut(1);
@@ -209,19 +211,21 @@ impl Levels for GeneralLevels {
             let (fine, coarse) = self.levels.split_at_mut(index);
             fine[index - 1].follow(&mut coarse[0], pool);
         }
-        self.sweep(0);
+        self.tiles.begin();
+        self.sweep_finest(true);
         if self.unmeasured > 0 {
             self.unmeasured -= 1;
             return None;
         }
-        let mut worst = self.measure(enough, true);
+        let mut worst = self.measure(enough);
         self.unmeasured = cycles_to_come(self.tiles.share());
         for _ in 0..LOCAL_ROUNDS {
             if worst <= enough || !self.tiles.widen() {
                 break;
             }
-            (0..LOCAL_SWEEPS).for_each(|_| self.sweep_tiles());
-            worst = self.measure(enough, false);
+            self.tiles.begin();
+            (0..LOCAL_SWEEPS).for_each(|_| self.sweep_finest(false));
+            worst = self.measure(enough);
         }
         Some(worst)
     }
@@ -255,6 +259,71 @@ impl Levels for GeneralLevels {
             corrections.set(particle, if corrected { after - before } else { Vec3::ZERO });
             if corrected {
                 ends.set(particle, start + after);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use proptest::prelude::*;
+    use serde_json::json;
+
+    use super::*;
+    use crate::model::{MeshData, Model};
+    use crate::scene::Scene;
+
+    /// A sheet of so many cells along each side, 0.1 m each, cut into triangles.
+    fn sheet(cells: u32) -> Model {
+        let mut mesh = MeshData::default();
+        for vertex in 0..(cells + 1) * (cells + 1) {
+            mesh.vertices.push([0.1 * f64::from(vertex % (cells + 1)), 0.1 * f64::from(vertex / (cells + 1)), 0.0]);
+        }
+        for cell in 0..cells * cells {
+            let a = i64::from(cell / cells * (cells + 1) + cell % cells);
+            let [b, c, d] = [a + 1, a + i64::from(cells) + 2, a + i64::from(cells) + 1];
+            mesh.corners.extend(if cell % 2 == 0 { [a, b, c, a, c, d] } else { [a, b, d, b, c, d] });
+            mesh.counts.extend([3, 3]);
+        }
+        let document = json!({ "cloth": [{ "mesh": "sheet", "density": 0.2 }] });
+        let scene = Scene::from_json(&document.to_string()).expect("a valid scene");
+        Model::build(&scene, &BTreeMap::from([("sheet".to_owned(), mesh)])).expect("a valid model")
+    }
+
+    proptest! {
+        #[test]
+        fn what_a_local_sweep_makes_longer_is_measured(
+            cells in 3_u32..40,
+            moved in prop::collection::vec((0_usize..1600, -0.03_f32..0.03, -0.03_f32..0.03), 1..4),
+        ) {
+            const ENOUGH: f32 = 0.9999;
+            let (model, pool) = (sheet(cells), Pool::new(1));
+            let mut levels = GeneralLevels::new(&model.hierarchies[0], &model.cloths[0], 0.01, 0.005);
+            let start = &model.particles.rest;
+            let mut ends = start.clone();
+            for (particle, x, y) in moved {
+                let particle = particle % ends.len();
+                ends.set(particle, start.get(particle) + Vec3::new(x, y, 0.0));
+            }
+            levels.load(start, &ends, &pool);
+            levels.tiles.moves_all();
+            let mut worst = levels.measure(ENOUGH);
+            for _ in 0..6 {
+                if worst <= ENOUGH {
+                    break;
+                }
+                levels.tiles.widen();
+                levels.tiles.begin();
+                levels.sweep_finest(false);
+                worst = levels.measure(ENOUGH);
+                let marked = levels.tiles.share();
+                levels.tiles.moves_all();
+                let everywhere = levels.measure(ENOUGH);
+                prop_assert_eq!(worst > ENOUGH, everywhere > ENOUGH);
+                prop_assert!(worst == everywhere || everywhere <= ENOUGH, "{} where it was swept, {} everywhere", worst, everywhere);
+                prop_assert_eq!(marked, levels.tiles.share());
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::level::LANES;
 use crate::model::Adjacency;
 
 /// Particles in a tile; near ones have near places, so that a tile is a patch of the cloth.
@@ -16,6 +17,8 @@ pub(super) struct Tiles {
     marked: Vec<bool>,
     /// The marked tiles and their neighbours.
     wide: Vec<bool>,
+    /// Those of which sweeps moved a particle since the last beginning.
+    moved: Vec<bool>,
 }
 
 /// The tile in which a spring begins.
@@ -31,7 +34,28 @@ impl Tiles {
         pairs.sort_unstable();
         pairs.dedup();
         let neighbours = Adjacency::new(count, pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]));
-        Self { starts, neighbours, marked: vec![false; count], wide: vec![false; count] }
+        Self { starts, neighbours, marked: vec![false; count], wide: vec![false; count], moved: vec![false; count] }
+    }
+
+    /// Forgets what was moved.
+    pub fn begin(&mut self) {
+        self.moved.fill(false);
+    }
+
+    /// Sweeps moved these particles.
+    #[inline(always)]
+    pub fn moves(&mut self, ends: &[[u32; LANES]; 2]) {
+        ends.as_flattened().iter().for_each(|end| self.moved[(end / TILE) as usize] = true);
+    }
+
+    /// Everything was moved.
+    pub fn moves_all(&mut self) {
+        self.moved.fill(true);
+    }
+
+    /// Whether springs of a tile have changed: their ends are in the tile or in its neighbours.
+    pub fn has_changed(&self, tile: usize) -> bool {
+        self.moved[tile] || self.neighbours.of(tile).iter().any(|&other| self.moved[other as usize])
     }
 
     /// How many tiles there are.
@@ -67,10 +91,5 @@ impl Tiles {
     /// Whether a tile is marked or beside a marked one.
     pub fn is_wide(&self, tile: usize) -> bool {
         self.wide[tile]
-    }
-
-    /// Whether sweeping the wide tiles moves particles of a tile's springs.
-    pub fn is_near_wide(&self, tile: usize) -> bool {
-        self.wide[tile] || self.neighbours.of(tile).iter().any(|&other| self.wide[other as usize])
     }
 }
