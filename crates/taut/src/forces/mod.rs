@@ -11,7 +11,7 @@ mod stiffness;
 mod wind;
 
 use glam::Vec3;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk};
 use crate::model::{ClothRange, Model};
@@ -85,15 +85,30 @@ fn gravity_and_drag(model: &Model, velocities: &Vectors, chunk: &mut VectorsChun
     ];
     for (acceleration, velocities, gravity) in columns {
         let velocities = &velocities[run.clone()];
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for (acceleration, ((v, k), w)) in acceleration.iter_mut().zip(velocities.iter().zip(drag).zip(weights)) {
-                    let free = gravity + air_drag::acceleration(*k, *v, step);
-                    *acceleration = if *w > 0.0 { free } else { 0.0 };
-                }
-            },
-        );
+        Arch::new().dispatch(GravityAndDrag { acceleration, velocities, drag, weights, gravity, step });
+    }
+}
+
+/// One coordinate of some particles.
+struct GravityAndDrag<'a> {
+    acceleration: &'a mut [f32],
+    velocities: &'a [f32],
+    drag: &'a [f32],
+    weights: &'a [f32],
+    gravity: f32,
+    step: f32,
+}
+
+impl WithSimd for GravityAndDrag<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let particles = self.velocities.iter().zip(self.drag).zip(self.weights);
+        for (acceleration, ((v, k), w)) in self.acceleration.iter_mut().zip(particles) {
+            let free = self.gravity + air_drag::acceleration(*k, *v, self.step);
+            *acceleration = if *w > 0.0 { free } else { 0.0 };
+        }
     }
 }
 

@@ -190,25 +190,37 @@ fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], mo
     let (out_x, out_y, out_z) = (&mut chunk.x[..len], &mut chunk.y[..len], &mut chunk.z[..len]);
     let [x, y, z] = [&moment.positions.x, &moment.positions.y, &moment.positions.z].map(|column| &column[run.clone()]);
     let [u, v, w] = [&moment.velocities.x, &moment.velocities.y, &moment.velocities.z].map(|column| &column[run.clone()]);
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for i in 0..len {
-                (out_x[i], out_y[i], out_z[i]) = (u[i] - mean.x, v[i] - mean.y, w[i] - mean.z);
-            }
-            for (Wave { amplitude, turns_per_metre, .. }, &phase) in air.waves.iter().zip(phases) {
-                for i in 0..len {
-                    let turns = turns_per_metre.x * x[i] + turns_per_metre.y * y[i] + turns_per_metre.z * z[i] + phase;
-                    let sine = sine_of_turns(turns);
-                    out_x[i] -= amplitude.x * sine;
-                    out_y[i] -= amplitude.y * sine;
-                    out_z[i] -= amplitude.z * sine;
-                }
-            }
-        },
-    );
+    for (out, velocity, mean) in [(&mut *out_x, u, mean.x), (&mut *out_y, v, mean.y), (&mut *out_z, w, mean.z)] {
+        out.iter_mut().zip(velocity).for_each(|(out, velocity)| *out = velocity - mean);
+    }
+    Arch::new().dispatch(TakeGusts { waves: &air.waves, phases, x, y, z, out: [&mut *out_x, &mut *out_y, &mut *out_z] });
     if air.flows != Flows::default() {
         Arch::new().dispatch(TakeFlows { flows: &air.flows, x, y, z, out: [out_x, out_y, out_z] });
+    }
+}
+
+/// V_rel -= V of the gusts.
+struct TakeGusts<'a> {
+    waves: &'a [Wave],
+    phases: &'a [f32],
+    x: &'a [f32],
+    y: &'a [f32],
+    z: &'a [f32],
+    out: [&'a mut [f32]; 3],
+}
+
+impl WithSimd for TakeGusts<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { waves, phases, x, y, z, out: [u, v, w] } = self;
+        for (Wave { amplitude, turns_per_metre, .. }, &phase) in waves.iter().zip(phases) {
+            take(x, y, z, [&mut *u, &mut *v, &mut *w], |[x, y, z]| {
+                let sine = sine_of_turns(turns_per_metre.x * x + turns_per_metre.y * y + turns_per_metre.z * z + phase);
+                [amplitude.x * sine, amplitude.y * sine, amplitude.z * sine]
+            });
+        }
     }
 }
 
