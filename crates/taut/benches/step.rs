@@ -8,12 +8,11 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use serde_json::{Value, json};
 use taut::forces::{Forces, external};
 use taut::geometry::Pool;
-use taut::health::glance;
 use taut::integrate::{Integrator, propose};
 use taut::model::Model;
 use taut::scene::Scene;
 use taut::state::State;
-use taut::step::{Work, step};
+use taut::step::{Work, glance, step};
 
 fn flag(filter: &str, wind: Value) -> (Model, State) {
     let scene = json!({
@@ -52,7 +51,8 @@ fn benches(criterion: &mut Criterion) {
         bench.iter(|| propose(&model, black_box(&mut state), &mut ends, &mut forces, &mut integrator, &pool));
     });
     let (model, state) = flag("none", Value::Null);
-    group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), &pool)));
+    let mut work = Work::new(&model, 1);
+    group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), &mut work)));
     for filter in ["none", "sequential", "sweeps", "coarse_to_fine"] {
         let (model, start) = flag(filter, gusty.clone());
         let (mut state, mut work) = (start.clone(), Work::new(&model, 1));

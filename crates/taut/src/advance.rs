@@ -1,9 +1,9 @@
 //! Several steps as one: all of them, or none.
 
-use crate::health::{Glance, StateReport, StepReport, glance};
+use crate::health::{Glance, StateReport, StepReport};
 use crate::model::Model;
-use crate::state::{State, worst_spring};
-use crate::step::{Work, inspect, step};
+use crate::state::State;
+use crate::step::{Work, glance, inspect, step};
 
 /// What happened during several steps.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -58,19 +58,19 @@ pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut 
                 // The examination tells more.
                 break;
             }
-            let Glance { worst_stretch, worst_cloth, finite } = glance(model, state, &pool);
+            let Glance { worst_stretch, worst_spring, finite } = glance(model, state, work);
             if !finite {
                 let particle = inspect(model, state, work).non_finite.unwrap_or_default();
                 return Err(NonFinite { particle, time: state.time(model) });
             }
-            summary.see(worst_stretch, || worst_spring(model, &model.cloths[worst_cloth], &state.positions));
+            summary.see(worst_stretch, worst_spring);
         }
         summary.last = inspect(model, state, work);
         if let Some(particle) = summary.last.non_finite {
             return Err(NonFinite { particle, time: state.time(model) });
         }
         let StateReport { worst_stretch, worst_spring, .. } = summary.last;
-        summary.see(worst_stretch, || worst_spring);
+        summary.see(worst_stretch, worst_spring);
         Ok(summary)
     });
     if result.is_err() {
@@ -91,9 +91,9 @@ impl Summary {
     }
 
     /// Keeps the stretch after a step and the spring that has it, if none was larger before.
-    fn see(&mut self, stretch: f64, spring: impl FnOnce() -> Option<u32>) {
+    fn see(&mut self, stretch: f64, spring: Option<u32>) {
         if self.worst_spring.is_none() || stretch > self.worst_stretch {
-            (self.worst_stretch, self.worst_spring) = (stretch, spring());
+            (self.worst_stretch, self.worst_spring) = (stretch, spring);
         }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::filter::{self, Filter, Hands};
 use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
-use crate::health::{self, Health, StateReport, StepReport};
+use crate::health::{self, Glance, Health, StateReport, StepReport};
 use crate::integrate::{self, Integrator};
 use crate::model::Model;
 use crate::state::State;
@@ -58,6 +58,12 @@ pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
         integrate::advance(model, state, ends, forces, integrator, pool); // x = x*
         StepReport { evaluations, limited }
     })
+}
+
+/// A glance at a state between two steps.
+pub fn glance(model: &Model, state: &State, work: &mut Work) -> Glance {
+    let Work { health, pool, .. } = work;
+    pool.install(|| health::glance(model, state, health, pool))
 }
 
 /// Examines a state without advancing it.

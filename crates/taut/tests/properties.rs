@@ -10,10 +10,9 @@ use serde_json::{Value, json};
 use taut::filter::{Filter, apply};
 use taut::forces::{Forces, elastic_energy, kick};
 use taut::geometry::{Pool, Vectors};
-use taut::health::glance;
 use taut::model::Model;
 use taut::state::State;
-use taut::step::step;
+use taut::step::{glance, step};
 
 type Points = Vec<[f64; 3]>;
 
@@ -185,7 +184,7 @@ fn the_step_bound_divides_stable_from_unstable() {
         run.state.velocities.set(1, Vec3::new(1e-3, 0.0, 0.0));
         let mut worst = || {
             step(&run.model, &mut run.state, &mut run.work);
-            glance(&run.model, &run.state, &run.work.pool()).worst_stretch
+            glance(&run.model, &run.state, &mut run.work).worst_stretch
         };
         let largest = (0..2000).map(|_| worst()).fold(0.0, f64::max);
         assert_eq!(largest < 0.1, stays, "damping {damping}, {factor} of the bound: stretch {largest}");

@@ -11,7 +11,7 @@ use crate::filter::Limited;
 use crate::forces::{bending_energy, curved_energy, elastic_energy};
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::Model;
-use crate::state::{State, longest_of, measure, measure_squares};
+use crate::state::{State, longest_of, measure_squares};
 use grid::{Band, GridSprings};
 
 /// What a step did.
@@ -28,8 +28,8 @@ pub struct StepReport {
 pub struct Glance {
     /// Largest |X_uv| / L - 1 over the type 1 springs [1]; 0 if there are none.
     pub worst_stretch: f64,
-    /// The cloth that has it.
-    pub worst_cloth: usize,
+    /// The spring that has it.
+    pub worst_spring: Option<u32>,
     /// Whether every particle is at a finite place.
     pub finite: bool,
 }
@@ -49,22 +49,6 @@ pub struct StateReport {
     pub potential_energy: f64,
     /// The first particle with a coordinate or velocity that is not a finite number.
     pub non_finite: Option<u32>,
-}
-
-/// A glance between two steps: no square roots, no energies, vector registers where the cloth is a grid.
-#[must_use]
-pub fn glance(model: &Model, state: &State, pool: &Pool) -> Glance {
-    let mut seen = Glance { finite: all_finite(&state.positions, pool), ..Glance::default() };
-    let mut worst = None;
-    for (index, cloth) in model.cloths.iter().enumerate().filter(|(_, cloth)| !cloth.springs.is_empty()) {
-        let limit = 1.0 + f64::from(model.springs.strain_limit[cloth.springs.start]);
-        let stretch = f64::from(measure(model, cloth, &state.positions, pool).worst) * limit - 1.0;
-        if worst.is_none_or(|worst| stretch > worst) {
-            worst = Some(stretch);
-            (seen.worst_stretch, seen.worst_cloth) = (stretch, index);
-        }
-    }
-    seen
 }
 
 /// A velocity that is not finite has made its position so in the same step.
@@ -137,34 +121,19 @@ impl Health {
     }
 }
 
+/// A glance between two steps: the springs alone, and no energies but where they cost nothing.
+pub fn glance(model: &Model, state: &State, health: &mut Health, pool: &Pool) -> Glance {
+    let (worst_stretch, worst_spring) = health.measure(model, state, false, pool);
+    Glance { worst_stretch, worst_spring, finite: all_finite(&state.positions, pool) }
+}
+
 /// Examines a state.
 pub fn inspect(model: &Model, state: &State, health: &mut Health, pool: &Pool) -> StateReport {
-    let Health { grids, bands, chunks, particles } = health;
-    let spread = pool.pays_for(model.particle_count());
-    for_each_part(bands, spread, |_, band| grids[band.grid].examine(model, &state.positions, band));
-    for_each_part(chunks, spread, |_, (run, part)| *part = springs_of(run.clone(), model, state));
-    for_each_part(particles, spread, |chunk, part| *part = particles_of(chunk, model, state));
-    let mut report = StateReport::default();
-    let mut worst = 0.0;
-    let mut in_band = None;
-    for band in &*bands {
-        if band.worst > worst {
-            worst = band.worst;
-            in_band = Some(band);
-        }
-        report.elastic_energy += band.elastic;
-    }
-    report.worst_spring = in_band.and_then(|band| grids[band.grid].find(model, &state.positions, band));
-    for (_, part) in chunks {
-        if part.worst > worst {
-            worst = part.worst;
-            report.worst_spring = Some(part.spring);
-        }
-        report.elastic_energy += part.elastic;
-    }
-    if report.worst_spring.is_some() {
-        report.worst_stretch = f64::from(worst).sqrt() - 1.0;
-    }
+    let (worst_stretch, worst_spring) = health.measure(model, state, true, pool);
+    let Health { bands, chunks, particles, .. } = health;
+    for_each_part(particles, pool.pays_for(model.particle_count()), |chunk, part| *part = particles_of(chunk, model, state));
+    let elastic_energy = bands.iter().map(|band| band.elastic).chain(chunks.iter().map(|(_, part)| part.elastic)).sum();
+    let mut report = StateReport { worst_stretch, worst_spring, elastic_energy, ..StateReport::default() };
     for part in particles {
         report.kinetic_energy += part.kinetic;
         report.potential_energy += part.potential;
@@ -172,6 +141,33 @@ pub fn inspect(model: &Model, state: &State, health: &mut Health, pool: &Pool) -
         report.non_finite = report.non_finite.or(part.non_finite);
     }
     report
+}
+
+impl Health {
+    /// Measures all springs: the largest |X_uv| / L - 1 over those of type 1, and the spring that has it. Bands and chunks have their
+    /// elastic energy after that, if it is asked for.
+    fn measure(&mut self, model: &Model, state: &State, energies: bool, pool: &Pool) -> (f64, Option<u32>) {
+        let Self { grids, bands, chunks, .. } = self;
+        let spread = pool.pays_for(model.particle_count());
+        for_each_part(bands, spread, |_, band| grids[band.grid].examine(model, &state.positions, band));
+        for_each_part(chunks, spread, |_, (run, part)| *part = springs_of(run.clone(), model, state, energies));
+        let mut worst = 0.0;
+        let mut in_band = None;
+        for band in &*bands {
+            if band.worst > worst {
+                worst = band.worst;
+                in_band = Some(band);
+            }
+        }
+        let mut spring = in_band.and_then(|band| grids[band.grid].find(model, &state.positions, band));
+        for (_, part) in chunks {
+            if part.worst > worst {
+                worst = part.worst;
+                spring = Some(part.spring);
+            }
+        }
+        (if spring.is_some() { f64::from(worst).sqrt() - 1.0 } else { 0.0 }, spring)
+    }
 }
 
 fn for_each_part<T: Send>(parts: &mut [T], in_parallel: bool, work: impl Fn(usize, &mut T) + Sync) {
@@ -182,7 +178,7 @@ fn for_each_part<T: Send>(parts: &mut [T], in_parallel: bool, work: impl Fn(usiz
     }
 }
 
-fn springs_of(run: Range<usize>, model: &Model, state: &State) -> SpringPart {
+fn springs_of(run: Range<usize>, model: &Model, state: &State, energies: bool) -> SpringPart {
     let springs = &model.springs;
     let mut squares = [0.0; CHUNK];
     let squares = &mut squares[..run.len()];
@@ -190,7 +186,7 @@ fn springs_of(run: Range<usize>, model: &Model, state: &State) -> SpringPart {
     let limited = run.end.min(springs.type1).saturating_sub(run.start);
     let (worst, place) = longest_of(&squares[..limited], &springs.rest[run.start..][..limited]).unwrap_or_default();
     let (stiffness, rest) = (&springs.stiffness[run.clone()], &springs.rest[run.clone()]);
-    let elastic = Arch::new().dispatch(Elastic { squares, stiffness, rest });
+    let elastic = if energies { Arch::new().dispatch(Elastic { squares, stiffness, rest }) } else { 0.0 };
     SpringPart { worst, spring: (run.start + place) as u32, elastic }
 }
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 use xxhash_rust::xxh3::Xxh3;
 
 pub use snapshot::SnapshotError;
-pub use stretch::{Stretch, longest_of, measure, measure_squares, worst_spring};
+pub use stretch::{Stretch, longest_of, measure, measure_squares};
 
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Model, Numbering};

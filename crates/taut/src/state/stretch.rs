@@ -58,28 +58,6 @@ fn worse((over, worst): (u32, f32), (more, ratio): (u32, f32)) -> (u32, f32) {
     (over + more, if ratio > worst || ratio.is_nan() { ratio } else { worst })
 }
 
-/// The spring of a cloth with the largest |X_uv| / L.
-#[must_use]
-pub fn worst_spring(model: &Model, cloth: &ClothRange, positions: &Vectors) -> Option<u32> {
-    longest(model, cloth.springs.clone(), positions).map(|(_, spring)| spring)
-}
-
-/// The largest (|X_uv| / L)^2 of some springs and the first spring that has it; none if none is larger than 0.
-fn longest(model: &Model, springs: Range<usize>, positions: &Vectors) -> Option<(f32, u32)> {
-    let mut best = None;
-    let mut squares = [0.0; CHUNK];
-    for first in springs.clone().step_by(CHUNK) {
-        let run = first..springs.end.min(first + CHUNK);
-        let squares = &mut squares[..run.len()];
-        measure_squares(model, run.clone(), positions, squares);
-        let found = longest_of(squares, &model.springs.rest[run]);
-        if let Some((ratio, place)) = found.filter(|(ratio, _)| best.is_none_or(|(most, _)| *ratio > most)) {
-            best = Some((ratio, (first + place) as u32));
-        }
-    }
-    best
-}
-
 /// |X_uv|^2 of some springs [m^2].
 pub fn measure_squares(model: &Model, springs: Range<usize>, positions: &Vectors, squares: &mut [f32]) {
     let columns = positions.columns();
