@@ -33,7 +33,7 @@ const COARSEST_SWEEPS: usize = 3;
 /// Part of the last cycle's way that the next one starts with, at most.
 const MOMENTUM: f32 = 0.85;
 /// Where more than these parts of the cloth are over the limit, one more cycle each is sure not to be the last, and not measured.
-const UNMEASURED: [f32; 2] = [0.7, 0.85];
+const UNMEASURED: [f32; 2] = [0.25, 0.85];
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 
