@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 from taut import Scene, Simulation
-from taut.bench import COLUMNS, Case, History, Window, irregular_square, measure, this_machine
+from taut.bench import (
+    COLUMNS,
+    Case,
+    History,
+    Window,
+    irregular_square,
+    measure,
+    measure_in_turn,
+    this_machine,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 Command = Callable[..., Any]
@@ -110,6 +119,22 @@ def test_a_row_says_what_happened_in_its_window() -> None:
     per_step = row.ms_per_frame * 1e6 / 81 / simulation.substeps
     assert row.ns_per_particle_step == pytest.approx(per_step)
     assert row.ms_median <= row.ms_worst
+
+
+def test_cases_in_turn_simulate_the_same_frames() -> None:
+    cases = [Case("one-corner", 8, 0.05), Case("one-corner", 6, 0.01)]
+    rows = measure_in_turn(cases, Window(frames=20, seconds=100.0, repeats=3))
+    assert [(row.cells, row.strain_limit, row.frames, row.repeats) for row in rows] == [
+        (8, 0.05, 20, 3),
+        (6, 0.01, 20, 3),
+    ]
+    for row, case in zip(rows, cases, strict=True):
+        alone = measure(case, Window(frames=20))
+        assert (row.cycles_per_frame, row.worst_stretch) == (alone.cycles_per_frame, alone.worst_stretch)
+    short = measure_in_turn(cases, Window(frames=20, seconds=1e-9, repeats=3))
+    assert [(row.frames, row.repeats) for row in short] == [(1, 1), (1, 1)]
+    with pytest.raises(ValueError, match="at least one"):
+        measure_in_turn([], Window())
 
 
 def test_a_row_ends_when_its_time_is_up() -> None:

@@ -1,9 +1,9 @@
 """Rows about time. The load varies as the cloth falls: means over the same window of frames are compared."""
 
-from functools import cache
+from dataclasses import replace
 
 from taut import bench
-from taut.bench import Case, Window
+from taut.bench import Case
 from taut.bench import Row as Measured
 
 from tools.targets.table import Effort, Row
@@ -13,18 +13,23 @@ SCENES = ("one-corner", "two-corners", "flag")
 measured: list[Measured] = []
 
 
-@cache
-def measure(case: Case, window: Window) -> Measured:
-    """Measures once what several rows need."""
-    measured.append(bench.measure(case, window))
+def measure(case: Case, effort: Effort) -> Measured:
+    """Measures a case on its own."""
+    measured.append(bench.measure(case, effort.window))
     return measured[-1]
+
+
+def compare(cases: tuple[Case, Case], effort: Effort) -> list[Measured]:
+    """Measures two cases in turn."""
+    rows = bench.measure_in_turn(cases, replace(effort.window, seconds=2 * effort.seconds))
+    measured.extend(rows)
+    return rows
 
 
 def growth(effort: Effort) -> Row:
     """Cost per particle of a large and a small sheet."""
     cells = effort.cells(512), effort.cells(64)
-    large = measure(Case("one-corner", cells[0], 0.1), Window(effort.frames, 2 * effort.seconds))
-    small = measure(Case("one-corner", cells[1], 0.1), _the_same(large))
+    large, small = compare((Case("one-corner", cells[0], 0.1), Case("one-corner", cells[1], 0.1)), effort)
     frame = large.ns_per_particle_frame / small.ns_per_particle_frame
     step = large.ns_per_particle_step / small.ns_per_particle_step
     reached = (
@@ -36,14 +41,14 @@ def growth(effort: Effort) -> Row:
 
 def one_thread(effort: Effort) -> Row:
     """Frame / yardstick at 128²."""
-    rows = [measure(Case(scene, effort.cells(128), 0.1, 1), effort.window) for scene in SCENES]
+    rows = [measure(Case(scene, effort.cells(128), 0.1, 1), effort) for scene in SCENES]
     met = all(row.ratio <= 60 for row in rows)
     return Row("128², λ 10 %, one thread: frame / yardstick ≤ 60", _list(rows), met)
 
 
 def two_threads(effort: Effort) -> Row:
     """Frame and frame / yardstick at 256²."""
-    rows = [measure(Case(scene, effort.cells(256), 0.1, 2), effort.window) for scene in SCENES]
+    rows = [measure(Case(scene, effort.cells(256), 0.1, 2), effort) for scene in SCENES]
     met = all(row.ratio <= 40 and row.ms_per_frame <= 16 for row in rows)
     return Row(
         "256², λ 10 %, two threads: ≤ 16 ms a frame, ≤ 40 yardsticks (of one thread)", _list(rows), met
@@ -54,8 +59,8 @@ def tight(effort: Effort) -> Row:
     """Lambda of 1 % against 10 %."""
     parts, worst = [], 0.0
     for scene in SCENES:
-        narrow = measure(Case(scene, effort.cells(128), 0.01), Window(effort.frames, effort.seconds))
-        wide = measure(Case(scene, effort.cells(128), 0.1), _the_same(narrow))
+        cells = effort.cells(128)
+        narrow, wide = compare((Case(scene, cells, 0.01), Case(scene, cells, 0.1)), effort)
         ratio = narrow.ms_per_frame / wide.ms_per_frame
         worst = max(worst, ratio)
         parts.append(f"{scene} {ratio:.2f} x ({_window(narrow)})")
@@ -69,8 +74,7 @@ def tight(effort: Effort) -> Row:
 def mesh(effort: Effort) -> Row:
     """An irregular mesh from a file against a grid."""
     cells = effort.cells(223)
-    irregular = measure(Case("mesh", cells, 0.1), Window(effort.frames, 2 * effort.seconds))
-    grid = measure(Case("one-corner", cells, 0.1), _the_same(irregular))
+    irregular, grid = compare((Case("mesh", cells, 0.1), Case("one-corner", cells, 0.1)), effort)
     ratio = irregular.ms_per_frame / grid.ms_per_frame
     reached = (
         f"{ratio:.2f} x: {irregular.ms_per_frame:.1f} against {grid.ms_per_frame:.1f} ms, "
@@ -79,11 +83,6 @@ def mesh(effort: Effort) -> Row:
     return Row(
         "imported 50k-vertex mesh against a grid of as many vertices: ≤ 3 x the cost", reached, ratio <= 3
     )
-
-
-def _the_same(row: Measured) -> Window:
-    """The window of a row, however long it takes."""
-    return Window(row.frames, float("inf"))
 
 
 def _window(row: Measured) -> str:

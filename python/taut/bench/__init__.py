@@ -2,7 +2,7 @@
 
 from taut.bench.history import HISTORY, History
 from taut.bench.machine import Machine, this_machine
-from taut.bench.measure import COLUMNS, Row, Window, measure
+from taut.bench.measure import COLUMNS, Row, Window, measure, measure_in_turn
 from taut.bench.scenes import SCENES, Case, irregular_square, plan
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "Window",
     "irregular_square",
     "measure",
+    "measure_in_turn",
     "plan",
     "this_machine",
 ]

@@ -1,6 +1,7 @@
 """Time a scene, frame by frame, and the yardstick in between: machines do not keep their speed."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -96,18 +97,63 @@ def measure(case: Case, window: Window) -> Row:
         SimulationError: a vertex became non-finite.
         ValueError: the window has no frames, repeats or time.
     """
+    return measure_in_turn([case], window)[0]
+
+
+def measure_in_turn(cases: Sequence[Case], window: Window) -> list[Row]:
+    """As `measure`, for cases that are compared: one after the other, and all of them again.
+
+    A machine that changes its speed meanwhile changes it for all of them.
+
+    Args:
+        cases: what. All simulate the frames for which the first one has time.
+        window: how much of it; its time is that of all cases together.
+
+    Raises:
+        SceneError: a case cannot be simulated.
+        SimulationError: a vertex became non-finite.
+        ValueError: there is no case, or the window has no frames, repeats or time.
+    """
+    if not cases:
+        raise ValueError("no case to measure: give at least one")
     if window.frames < 1 or window.repeats < 1 or not window.seconds > 0:
         raise ValueError(f"{window}: frames and repeats must be 1 or more, seconds more than 0")
-    simulation = case.simulation()
-    start = simulation.snapshot()
-    passes = [_yardstick(simulation)]
-    timings = [_Timing.of(simulation, passes, window.frames, window.seconds)]
-    first = sum(timings[0].ms) / 1e3
-    while len(timings) < window.repeats and first * (len(timings) + 1) <= window.seconds:
-        simulation.restore(start)
-        timings.append(_Timing.of(simulation, passes, len(timings[0].ms)))
-    passes.append(_yardstick(simulation))
-    return _row(case, simulation, timings, 1e3 * float(np.median(np.concatenate(passes))))
+    runs = [_Run(case) for case in cases]
+    runs[0].simulate(window.frames, window.seconds)
+    frames = len(runs[0].timings[0].ms)
+    for run in runs[1:]:
+        run.simulate(frames)
+    round_ = sum(sum(run.timings[0].ms) for run in runs) / 1e3
+    for repeat in range(2, window.repeats + 1):
+        if round_ * repeat > window.seconds:
+            break
+        for run in runs:
+            run.simulate(frames)
+    return [run.row() for run in runs]
+
+
+class _Run:
+    """What was measured of a case so far."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.simulation = case.simulation()
+        self.start = self.simulation.snapshot()
+        self.passes: list[NDArray[np.float64]] = []
+        self.timings: list[_Timing] = []
+
+    def simulate(self, frames: int, seconds: float = np.inf) -> None:
+        """From the start."""
+        self.simulation.restore(self.start)
+        self.passes.append(_yardstick(self.simulation))
+        self.timings.append(_Timing.of(self.simulation, self.passes, frames, seconds))
+
+    def row(self) -> Row:
+        """All of it."""
+        self.passes.append(_yardstick(self.simulation))
+        return _row(
+            self.case, self.simulation, self.timings, 1e3 * float(np.median(np.concatenate(self.passes)))
+        )
 
 
 @dataclass(slots=True)
@@ -122,7 +168,7 @@ class _Timing:
 
     @classmethod
     def of(
-        cls, simulation: Simulation, passes: list[NDArray[np.float64]], frames: int, seconds: float = np.inf
+        cls, simulation: Simulation, passes: list[NDArray[np.float64]], frames: int, seconds: float
     ) -> "_Timing":
         timing = cls([])
         while len(timing.ms) < frames and sum(timing.ms) < 1e3 * seconds:
