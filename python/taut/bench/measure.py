@@ -123,9 +123,9 @@ def measure_in_turn(cases: Sequence[Case], window: Window) -> list[Row]:
     frames = len(runs[0].timings[0].ms)
     for run in runs[1:]:
         run.simulate(frames)
-    round_ = sum(sum(run.timings[0].ms) for run in runs) / 1e3
+    seconds = sum(sum(run.timings[0].ms) for run in runs) / 1e3
     for repeat in range(2, window.repeats + 1):
-        if round_ * repeat > window.seconds:
+        if seconds * repeat > window.seconds:
             break
         for run in runs:
             run.simulate(frames)
@@ -151,8 +151,30 @@ class _Run:
     def row(self) -> Row:
         """All of it."""
         self.passes.append(_yardstick(self.simulation))
-        return _row(
-            self.case, self.simulation, self.timings, 1e3 * float(np.median(np.concatenate(self.passes)))
+        yardstick = 1e3 * float(np.median(np.concatenate(self.passes)))
+        ms = np.median([timing.ms for timing in self.timings], axis=0)
+        mean, frames, particles = float(ms.mean()), len(ms), len(self.simulation.mass)
+        return Row(
+            scene=self.case.scene,
+            cells=self.case.cells,
+            strain_limit=self.case.strain_limit,
+            threads=self.simulation.threads,
+            vertices=particles,
+            frames=frames,
+            window=frames / self.simulation.scene.fps,
+            repeats=len(self.timings),
+            steps_per_frame=self.simulation.substeps,
+            cycles_per_frame=self.timings[0].cycles / frames,
+            ms_per_frame=mean,
+            ms_median=float(np.median(ms)),
+            ms_worst=float(ms.max()),
+            cpu_ms_per_frame=float(np.median([timing.cpu for timing in self.timings])) / frames,
+            ns_per_particle_frame=1e6 * mean / particles,
+            ns_per_particle_step=1e6 * mean / particles / self.simulation.substeps,
+            worst_stretch=self.timings[0].worst_stretch,
+            cuts=self.timings[0].cuts,
+            yardstick_ms=yardstick,
+            ratio=mean / yardstick,
         )
 
 
@@ -188,30 +210,3 @@ def _yardstick(simulation: Simulation) -> NDArray[np.float64]:
     first, _ = simulation.yardstick(3)
     seconds, _ = simulation.yardstick(max(10, min(1000, int(YARDSTICK_SECONDS / first.min()))))
     return seconds
-
-
-def _row(case: Case, simulation: Simulation, timings: list[_Timing], yardstick: float) -> Row:
-    ms = np.median([timing.ms for timing in timings], axis=0)
-    mean, frames, particles = float(ms.mean()), len(ms), len(simulation.mass)
-    return Row(
-        scene=case.scene,
-        cells=case.cells,
-        strain_limit=case.strain_limit,
-        threads=simulation.threads,
-        vertices=particles,
-        frames=frames,
-        window=frames / simulation.scene.fps,
-        repeats=len(timings),
-        steps_per_frame=simulation.substeps,
-        cycles_per_frame=timings[0].cycles / frames,
-        ms_per_frame=mean,
-        ms_median=float(np.median(ms)),
-        ms_worst=float(ms.max()),
-        cpu_ms_per_frame=float(np.median([timing.cpu for timing in timings])) / frames,
-        ns_per_particle_frame=1e6 * mean / particles,
-        ns_per_particle_step=1e6 * mean / particles / simulation.substeps,
-        worst_stretch=timings[0].worst_stretch,
-        cuts=timings[0].cuts,
-        yardstick_ms=yardstick,
-        ratio=mean / yardstick,
-    )

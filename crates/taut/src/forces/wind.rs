@@ -11,7 +11,7 @@ use glam::{Vec3, Vec4};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::geometry::{Pool, Vectors, VectorsChunk, for_each_chunk, sine_of_turns};
-use crate::model::{Air, Flows, Model, Panels, Resistance, Wave};
+use crate::model::{Air, Model, Panels, Resistance, Wave};
 use crate::scene::{WindLaw, WindModel};
 use crate::state::Moment;
 
@@ -193,15 +193,12 @@ fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], mo
     for (out, velocity, mean) in [(&mut *out_x, u, mean.x), (&mut *out_y, v, mean.y), (&mut *out_z, w, mean.z)] {
         out.iter_mut().zip(velocity).for_each(|(out, velocity)| *out = velocity - mean);
     }
-    Arch::new().dispatch(TakeGusts { waves: &air.waves, phases, x, y, z, out: [&mut *out_x, &mut *out_y, &mut *out_z] });
-    if air.flows != Flows::default() {
-        Arch::new().dispatch(TakeFlows { flows: &air.flows, x, y, z, out: [out_x, out_y, out_z] });
-    }
+    Arch::new().dispatch(TakeAir { air, phases, x, y, z, out: [out_x, out_y, out_z] });
 }
 
-/// V_rel -= V of the gusts.
-struct TakeGusts<'a> {
-    waves: &'a [Wave],
+/// V_rel -= V of the gusts and the flows.
+struct TakeAir<'a> {
+    air: &'a Air,
     phases: &'a [f32],
     x: &'a [f32],
     y: &'a [f32],
@@ -209,40 +206,22 @@ struct TakeGusts<'a> {
     out: [&'a mut [f32]; 3],
 }
 
-impl WithSimd for TakeGusts<'_> {
+impl WithSimd for TakeAir<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { waves, phases, x, y, z, out: [u, v, w] } = self;
-        for (Wave { amplitude, turns_per_metre, .. }, &phase) in waves.iter().zip(phases) {
+        let Self { air, phases, x, y, z, out: [u, v, w] } = self;
+        for (Wave { amplitude, turns_per_metre, .. }, &phase) in air.waves.iter().zip(phases) {
             take(x, y, z, [&mut *u, &mut *v, &mut *w], |[x, y, z]| {
                 let sine = sine_of_turns(turns_per_metre.x * x + turns_per_metre.y * y + turns_per_metre.z * z + phase);
                 [amplitude.x * sine, amplitude.y * sine, amplitude.z * sine]
             });
         }
-    }
-}
-
-/// V_rel -= V of the flows.
-struct TakeFlows<'a> {
-    flows: &'a Flows,
-    x: &'a [f32],
-    y: &'a [f32],
-    z: &'a [f32],
-    out: [&'a mut [f32]; 3],
-}
-
-impl WithSimd for TakeFlows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { flows, x, y, z, out: [u, v, w] } = self;
-        for vortex in &flows.vortices {
+        for vortex in &air.flows.vortices {
             take(x, y, z, [&mut *u, &mut *v, &mut *w], |place| vortex.velocity(place));
         }
-        for outflow in &flows.outflows {
+        for outflow in &air.flows.outflows {
             take(x, y, z, [&mut *u, &mut *v, &mut *w], |place| outflow.velocity(place));
         }
     }
