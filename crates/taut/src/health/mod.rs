@@ -261,7 +261,7 @@ impl WithSimd for Energies<'_> {
                 for ((kinetic, potential), ((x, v), (mass, weight))) in lanes.zip(values) {
                     // What is held has no energy, but must be somewhere.
                     let mass = if *weight > 0.0 { f64::from(*mass) } else { 0.0 };
-                    *kinetic += 0.5 * mass * f64::from(*v).powi(2);
+                    *kinetic += 0.5 * mass * (f64::from(*v) * f64::from(*v));
                     *potential -= mass * f64::from(gravity) * f64::from(*x);
                 }
             }

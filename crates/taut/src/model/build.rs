@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DQuat, DVec3, EulerRot};
+use glam::DVec3;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::bending::{CurvedCloth, Row};
@@ -12,7 +12,7 @@ use super::{
     Lattice, LevelRate, Link, MeshData, Model, Numbering, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
     curve::CurvesOfCloth, grid, hierarchy, mesh, network, numbering, pins, reach, stability::Rates, suits, timing, weights,
 };
-use crate::geometry::Vectors;
+use crate::geometry::{Vectors, turn};
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source, WindLaw};
 
 /// Particle and spring numbers are 32 bits wide.
@@ -36,11 +36,7 @@ impl Model {
 
 fn build_part(cloth: &Cloth, at: &str, meshes: &BTreeMap<String, MeshData>) -> Result<Part, SceneError> {
     let flexion = cloth.flexion_stiffness > 0.0 || buckles(cloth);
-    let place = |point: DVec3| {
-        let [x, y, z] = cloth.rotate.map(f64::to_radians);
-        let turn = DQuat::from_euler(EulerRot::ZYX, z, y, x);
-        turn * (point * cloth.scale) + DVec3::from_array(cloth.translate)
-    };
+    let place = |point: DVec3| turn(cloth.rotate) * (point * cloth.scale) + DVec3::from_array(cloth.translate);
     let mut part = match cloth.sources().first() {
         Some(Source::Grid(source)) => grid::build(source, flexion),
         Some(Source::Network(source)) => network::build(source, flexion),

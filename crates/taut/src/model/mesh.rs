@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::SpringKind::{Flexion, Shear, Structural};
 use super::part::{Panel, Part, SpringSeed};
 use super::winding;
+use crate::geometry::power;
 use crate::scene::SceneError;
 
 /// A polygon mesh as it came from its file.
@@ -159,7 +160,7 @@ fn springs(faces: &[Face], part: &mut Part, flexion: bool) {
     for edge in &edges {
         let ends = edge[0].ends;
         let area: f64 = edge.iter().map(|side| faces[side.face as usize].area).sum();
-        let weight = |ends: [u32; 2]| area / part.rest_length(ends).powi(2);
+        let weight = |ends: [u32; 2]| area / power(part.rest_length(ends), 2);
         let across = match edge {
             [one, other] if one.opposite != other.opposite => {
                 Some([one.opposite.min(other.opposite), one.opposite.max(other.opposite)]).filter(|&pair| !is_edge(pair))

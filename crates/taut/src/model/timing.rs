@@ -2,6 +2,7 @@
 
 use super::stability::{self, GROWTH_TIME, Rates, of_euler};
 use super::{ClothRange, LevelRate, ScaledTiming, Timing, shares};
+use crate::geometry::{cbrt, power};
 use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
 
 /// Part of the bound that `"auto"` uses: compression turns springs soft, impulses of a filter do not count.
@@ -128,7 +129,7 @@ fn tightest(scene: &Scene) -> f64 {
 
 /// The longest step of "auto" where masses can be scaled and the air does not bound it [s].
 fn longest_scaled(scene: &Scene) -> f64 {
-    LONGEST * (tightest(scene) / ROOMY).cbrt().min(1.0)
+    LONGEST * cbrt(tightest(scene) / ROOMY).min(1.0)
 }
 
 /// The longest step of "auto" where it is divided further [s].
@@ -143,7 +144,7 @@ fn longest_divided(scene: &Scene, rates: &Rates, cloths: &[ClothRange], bound: f
         with_scaling
     } else {
         let spring_step = SAFETY * of_euler(rates.frequency_squared, 0.0);
-        let parts = PARTS * (limit / TIGHT).max(1.0).powi(2);
+        let parts = PARTS * power((limit / TIGHT).max(1.0), 2);
         let by_limit = (LONGEST_UNSCALED * (limit / ROOMY_UNSCALED).sqrt()).min(parts * spring_step);
         LONGEST_UNSCALED.min(by_limit.max(spring_step))
     };
@@ -200,7 +201,7 @@ fn scaled(step_length: f64, unscaled: f64, cloths: &[ClothRange]) -> Option<Scal
     let mut parts = (step_length / SCALED_PART * (1.0 - 1e-9)).ceil().max(1.0);
     if bears(step_length, parts) < OVERLAP * slowest {
         // bears() solved for the parts.
-        let (a, b, c) = ((2.0 * SAFETY).powi(2), 2.0 * CALM, OVERLAP * slowest * step_length.powi(2));
+        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * CALM, OVERLAP * slowest * power(step_length, 2));
         parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
     }
     while WORTH * parts <= unscaled
@@ -227,7 +228,7 @@ fn moved_by_even_load(cloth: &ClothRange, borne: f64) -> f64 {
 /// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = calm / H.
 fn bears(step_length: f64, parts: f64) -> f64 {
     let part = step_length / parts;
-    ((2.0 * SAFETY).powi(2) - 2.0 * part * calm(parts) / step_length) / part.powi(2)
+    (power(2.0 * SAFETY, 2) - 2.0 * part * calm(parts) / step_length) / power(part, 2)
 }
 
 /// In a single part no vibration is faster than the step.

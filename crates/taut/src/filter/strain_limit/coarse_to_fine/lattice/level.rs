@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::kernels::{BLOCK, End, Limits, Pull, project, tightest, worst};
 use super::tiles::{Tile, Tiles};
-use crate::geometry::{Pool, Vectors, VectorsChunk};
+use crate::geometry::{Pool, Vectors, VectorsChunk, hypot};
 
 /// Rows in a band of a sweep.
 const BAND: usize = 16;
@@ -84,7 +84,7 @@ impl Level {
         let gaps = [rows[1] - rows[0], rows[rows.len() - 1] - rows[rows.len() - 2]];
         let along = |height: f64| {
             [(0, odds), (1, evens - 1)].map(|(first, count)| {
-                let limit = |k: usize| (stretch * width(2 * k + first).hypot(height)) as f32;
+                let limit = |k: usize| (stretch * hypot(width(2 * k + first), height)) as f32;
                 let padded = count.next_multiple_of(BLOCK);
                 Lengths::new((0..padded).map(|k| if k < count { limit(k) } else { NO_LIMIT }))
             })

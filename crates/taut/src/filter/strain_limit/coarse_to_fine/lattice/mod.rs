@@ -10,7 +10,7 @@ use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{Levels, Motion, coarse_sweeps, cycles_to_come, momentum};
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{Pool, Vectors, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
 use kernels::Pull;
@@ -71,7 +71,7 @@ impl LatticeLevels {
     /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it, but no more than [`FURTHEST`] times
     /// `shrunk`.
     pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32, shrunk: f32) -> Self {
-        let furthest = shrunk * FURTHEST / (strain_limit / ROOMY).cbrt().min(1.0);
+        let furthest = shrunk * FURTHEST / cbrt(f64::from(strain_limit / ROOMY)).min(1.0) as f32;
         let at = |i: usize, j: usize| model.particles.rest.get(lattice.first + j * lattice.columns + i).as_dvec3();
         let mut columns: Vec<f64> = (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect();
         let mut rows: Vec<f64> = (0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect();
@@ -104,8 +104,8 @@ impl LatticeLevels {
             rows = (0..coarsened(rows.len())).map(|j| rows[sampled(j, rows.len())]).collect();
         }
         let spacing = finest_columns[1].max(finest_rows[1]);
-        let of_level = |level: i32| f64::from(delta).min(f64::from(furthest) / (spacing * 2_f64.powi(level))) as f32;
-        let deltas = (0..levels.len() as i32).map(of_level).collect();
+        let of_level = |level: u32| f64::from(delta).min(f64::from(furthest) / (spacing * power(2.0, level))) as f32;
+        let deltas = (0..levels.len() as u32).map(of_level).collect();
         Self {
             first: lattice.first,
             middle: lattice.first + lattice.rows / 2 * lattice.columns + lattice.columns / 2,
@@ -286,7 +286,7 @@ fn anchors_of(
         anchors.extend(corners.map(|(i, j)| Anchor {
             coarse: level.place(i, j),
             held: finest.place(column, row),
-            limit: (stretch * (columns[i] - x).hypot(rows[j] - y)) as f32,
+            limit: (stretch * hypot(columns[i] - x, rows[j] - y)) as f32,
         }));
     }
     anchors
