@@ -1,6 +1,8 @@
 //! Scenes in a few words, for all tests.
 #![allow(dead_code, missing_docs)]
 
+pub mod goldens;
+
 use std::collections::BTreeMap;
 
 use glam::DVec3;
@@ -31,7 +33,7 @@ impl Simulation {
         Self::with_threads(model, 1)
     }
 
-    fn with_threads(model: Model, threads: usize) -> Self {
+    pub fn with_threads(model: Model, threads: usize) -> Self {
         let state = State::new(&model);
         let work = Work::new(&model, threads);
         Self { before: state.clone(), model, state, work }
