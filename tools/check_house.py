@@ -16,13 +16,16 @@ ENGINE_RULES: dict[str, set[str]] = {
     "geometry": set(),
     "scene": set(),
     "model": {"scene", "geometry"},
+    "inputs": {"scene", "model", "geometry"},
+    "schedule": {"scene", "model", "inputs", "geometry"},
     "state": {"model", "geometry"},
-    "forces": {"scene", "model", "state", "geometry"},
-    "integrate": {"forces", "scene", "model", "state", "geometry"},
-    "filter": {"scene", "model", "state", "geometry"},
-    "health": {"model", "state", "geometry", "forces", "filter"},
-    "step": {"model", "state", "geometry", "forces", "integrate", "filter", "health"},
-    "advance": {"model", "state", "health", "step"},
+    "forces": {"scene", "model", "inputs", "schedule", "state", "geometry"},
+    "integrate": {"forces", "scene", "model", "inputs", "schedule", "state", "geometry"},
+    "filter": {"scene", "model", "inputs", "schedule", "state", "geometry"},
+    "health": {"model", "inputs", "state", "geometry", "forces", "filter"},
+    "prepare": {"scene", "model", "inputs", "schedule"},
+    "step": {"model", "inputs", "schedule", "state", "geometry", "forces", "integrate", "filter", "health"},
+    "advance": {"model", "inputs", "state", "health", "step"},
 }
 
 # What the engine never touches: files, clocks, the network, printing.

@@ -8,12 +8,14 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use taut::advance::{NonFinite, Summary, advance};
-use taut::forces::{Forces, external};
 use taut::geometry::Vectors;
+use taut::inputs::Inputs;
 use taut::model::{Model, SpringKind};
+use taut::prepare::{Prepared, prepare};
 use taut::scene::Scene;
-use taut::state::{Past, State};
-use taut::step::{Work, admit};
+use taut::schedule::Schedule;
+use taut::state::{Clock, Past, State};
+use taut::step::{Work, admit, external};
 
 use crate::{SimulationError, scene_error};
 use crate::{arrays, yardstick};
@@ -23,16 +25,18 @@ use crate::{arrays, yardstick};
 pub struct Engine {
     scene: Scene,
     model: Model,
+    schedule: Schedule,
     running: Mutex<Running>,
 }
 
 /// Seconds of each pass, and the forces.
 type Timed<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f32>>);
 
-/// What a step changes.
+/// What a step changes, and what acts on it.
 struct Running {
     state: State,
     before: State,
+    inputs: Inputs,
     work: Work,
 }
 
@@ -44,9 +48,9 @@ impl Engine {
 
     fn advance<'py>(&self, py: Python<'py>, count: u64) -> PyResult<Bound<'py, PyDict>> {
         let (result, time) = self.with(py, |running| {
-            let Running { state, before, work } = running;
-            let result = advance(&self.model, state, before, work, count);
-            (result, state.time(&self.model))
+            let Running { state, before, inputs, work } = running;
+            let result = advance(&self.model, state, before, inputs, self.schedule.step_length, work, count);
+            (result, state.time())
         });
         report(py, &result.map_err(|error| self.explain(error))?, time)
     }
@@ -92,10 +96,11 @@ impl Engine {
         let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
         py.detach(|| {
             let scene = Scene::from_json(scene).map_err(scene_error)?;
-            let model = Model::build(&scene, &meshes).map_err(scene_error)?;
+            let Prepared { model, inputs, schedule } = prepare(&scene, &meshes).map_err(scene_error)?;
             let state = State::new(&model);
-            let work = Work::new(&model, threads);
-            Ok(Self { running: Mutex::new(Running { before: state.clone(), state, work }), scene, model })
+            let work = Work::new(&model, &schedule, threads);
+            let running = Running { before: state.clone(), state, inputs, work };
+            Ok(Self { running: Mutex::new(running), scene, model, schedule })
         })
     }
 
@@ -169,27 +174,27 @@ impl Engine {
 
     #[getter]
     fn substeps(&self) -> u32 {
-        self.model.timing.substeps
+        self.schedule.substeps
     }
 
     #[getter]
     fn step_length(&self) -> f64 {
-        self.model.timing.step_length
+        self.schedule.step_length
     }
 
     #[getter]
     fn step_bound(&self) -> f64 {
-        self.model.timing.bound
+        self.schedule.bound
     }
 
     #[getter]
     fn steps(&self, py: Python<'_>) -> u64 {
-        self.with(py, |running| running.state.steps)
+        self.with(py, |running| running.state.clock.steps)
     }
 
     #[getter]
     fn time(&self, py: Python<'_>) -> f64 {
-        self.with(py, |running| running.state.time(&self.model))
+        self.with(py, |running| running.state.time())
     }
 
     fn positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
@@ -261,8 +266,8 @@ impl Engine {
 
     fn admit(&self, py: Python<'_>) {
         self.with(py, |running| {
-            let Running { state, work, .. } = running;
-            admit(&self.model, state, work);
+            let Running { state, inputs, work, .. } = running;
+            admit(&self.model, state, inputs, work);
         });
     }
 
@@ -284,12 +289,13 @@ impl Engine {
         let count = self.model.particle_count();
         let positions = arrays::from_numpy("positions", positions, count)?;
         let velocities = arrays::from_numpy("velocities", velocities, count)?;
-        let mut state = State::at(&self.model, positions, velocities, steps);
+        let mut state = State::at(&self.model, positions, velocities, Clock::after(steps, self.schedule.step_length));
         if let Some(past) = past {
             let remembered = state.past.displacements.len();
             let past: Vec<_> = arrays::from_numpy("past", past, 2 * remembered)?.iter().collect();
             let (displacements, gains) = past.split_at(remembered);
-            state.past = Past { displacements: displacements.iter().copied().collect(), gains: gains.iter().copied().collect() };
+            let [displacements, gains] = [displacements, gains].map(|part| part.iter().copied().collect());
+            state.past = Past { displacements, gains, length: self.schedule.step_length };
         }
         let state = state.to_particles(&self.model.numbering);
         self.with(py, |running| running.state = state);
@@ -323,11 +329,8 @@ impl Engine {
     }
 
     fn external_forces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
-        let mut accelerations = self.with(py, |running| {
-            let mut forces = Forces::new(&self.model);
-            external(&self.model, &running.state, &mut forces, &running.work.pool());
-            forces.acceleration().clone()
-        });
+        let mut accelerations =
+            self.with(py, |Running { state, inputs, work, .. }| external(&self.model, state, inputs, work).clone());
         let masses = &self.model.particles.mass;
         for column in [&mut accelerations.x, &mut accelerations.y, &mut accelerations.z] {
             column.iter_mut().zip(masses).for_each(|(part, mass)| *part *= mass);

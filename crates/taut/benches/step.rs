@@ -9,12 +9,13 @@ use serde_json::{Value, json};
 use taut::forces::{Forces, external};
 use taut::geometry::Pool;
 use taut::integrate::{Integrator, propose};
-use taut::model::Model;
+use taut::prepare::{Prepared, prepare};
 use taut::scene::Scene;
+use taut::schedule::Stride;
 use taut::state::State;
 use taut::step::{Work, glance, step};
 
-fn flag(filter: &str, wind: Value) -> (Model, State) {
+fn flag(filter: &str, wind: Value) -> (Prepared, State) {
     let scene = json!({
         "wind": wind,
         "cloth": [{
@@ -24,13 +25,14 @@ fn flag(filter: &str, wind: Value) -> (Model, State) {
         "solver": { "filter": filter, "iterations": 20 },
     });
     let scene = Scene::from_json(&scene.to_string()).expect("a valid scene");
-    let model = Model::build(&scene, &BTreeMap::new()).expect("a model");
-    let mut state = State::new(&model);
-    let mut work = Work::new(&model, 1);
+    let prepared = prepare(&scene, &BTreeMap::new()).expect("a model");
+    let Prepared { model, inputs, schedule } = &prepared;
+    let mut state = State::new(model);
+    let mut work = Work::new(model, schedule, 1);
     (0..200).for_each(|_| {
-        step(&model, &mut state, &mut work);
+        step(model, &mut state, inputs, schedule.step_length, &mut work);
     });
-    (model, state)
+    (prepared, state)
 }
 
 fn benches(criterion: &mut Criterion) {
@@ -38,28 +40,32 @@ fn benches(criterion: &mut Criterion) {
     let gusty = json!({ "velocity": [8.0, 1.5, 0.0], "gust": {} });
     let mut group = criterion.benchmark_group("flag_96x64");
     for (name, wind) in [("forces, no wind", Value::Null), ("forces, gusty wind", gusty.clone())] {
-        let (model, state) = flag("none", wind);
-        let mut forces = Forces::new(&model);
+        let (Prepared { model, inputs, schedule }, state) = flag("none", wind);
+        let (mut forces, plan) = (Forces::new(&model), schedule.plan(&model, schedule.step_length));
+        let stride = Stride { model: &model, inputs: &inputs, plan: &plan };
         group.bench_function(format!("external {name}"), |bench| {
-            bench.iter(|| external(&model, black_box(&state), &mut forces, &pool))
+            bench.iter(|| external(stride, black_box(&state), &mut forces, &pool))
         });
     }
-    let (model, mut state) = flag("none", Value::Null);
-    let (mut forces, mut integrator) = (Forces::new(&model), Integrator::new(&model, 1));
+    let (Prepared { model, inputs, schedule }, mut state) = flag("none", Value::Null);
+    let plan = schedule.plan(&model, schedule.step_length);
+    let stride = Stride { model: &model, inputs: &inputs, plan: &plan };
+    let (mut forces, mut integrator) = (Forces::new(&model), Integrator::new(&model, &plan));
     let mut ends = state.positions.clone();
     group.bench_function("springs", |bench| {
-        bench.iter(|| propose(&model, black_box(&mut state), &mut ends, &mut forces, &mut integrator, &pool));
+        bench.iter(|| propose(stride, black_box(&mut state), &mut ends, &mut forces, &mut integrator, &pool));
     });
-    let (model, state) = flag("none", Value::Null);
-    let mut work = Work::new(&model, 1);
+    let (Prepared { model, schedule, .. }, state) = flag("none", Value::Null);
+    let mut work = Work::new(&model, &schedule, 1);
     group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), &mut work)));
+    group.bench_function("plan", |bench| bench.iter(|| schedule.plan(&model, black_box(schedule.step_length))));
     for filter in ["none", "sequential", "sweeps", "coarse_to_fine"] {
-        let (model, start) = flag(filter, gusty.clone());
-        let (mut state, mut work) = (start.clone(), Work::new(&model, 1));
+        let (Prepared { model, inputs, schedule }, start) = flag(filter, gusty.clone());
+        let (mut state, mut work) = (start.clone(), Work::new(&model, &schedule, 1));
         group.bench_function(format!("step, filter {filter}"), |bench| {
             bench.iter(|| {
                 state.clone_from(&start);
-                step(&model, &mut state, &mut work)
+                step(&model, &mut state, &inputs, schedule.step_length, &mut work)
             });
         });
     }

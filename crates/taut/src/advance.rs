@@ -1,6 +1,7 @@
 //! Several steps as one: all of them, or none.
 
 use crate::health::{Glance, StateReport, StepReport};
+use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::state::State;
 use crate::step::{Work, glance, inspect, step};
@@ -43,31 +44,39 @@ pub struct NonFinite {
     pub time: f64,
 }
 
-/// Takes `count` steps.
+/// Takes `count` steps of `dt` seconds.
 ///
 /// # Errors
 /// If a particle becomes non-finite; `state` is then as it was before the call. `before` is workspace for that copy.
-pub fn advance(model: &Model, state: &mut State, before: &mut State, work: &mut Work, count: u64) -> Result<Summary, NonFinite> {
+pub fn advance(
+    model: &Model,
+    state: &mut State,
+    before: &mut State,
+    inputs: &Inputs,
+    dt: f64,
+    work: &mut Work,
+    count: u64,
+) -> Result<Summary, NonFinite> {
     let pool = work.pool();
     let result = pool.install(|| {
         before.copy_from(state, &pool);
         let mut summary = Summary::default();
         for left in (0..count).rev() {
-            summary.add(step(model, state, work));
+            summary.add(step(model, state, inputs, dt, work));
             if left == 0 {
                 // The examination tells more.
                 break;
             }
             let Glance { worst_stretch, worst_spring, finite } = glance(model, state, work);
             if !finite {
-                let particle = inspect(model, state, work).non_finite.unwrap_or_default();
-                return Err(NonFinite { particle, time: state.time(model) });
+                let particle = inspect(model, state, inputs, work).non_finite.unwrap_or_default();
+                return Err(NonFinite { particle, time: state.time() });
             }
             summary.see(worst_stretch, worst_spring);
         }
-        summary.last = inspect(model, state, work);
+        summary.last = inspect(model, state, inputs, work);
         if let Some(particle) = summary.last.non_finite {
-            return Err(NonFinite { particle, time: state.time(model) });
+            return Err(NonFinite { particle, time: state.time() });
         }
         let StateReport { worst_stretch, worst_spring, .. } = summary.last;
         summary.see(worst_stretch, worst_spring);

@@ -6,8 +6,10 @@ use crate::filter::{self, Filter, Hands};
 use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
 use crate::health::{self, Glance, Health, StateReport, StepReport};
+use crate::inputs::Inputs;
 use crate::integrate::{self, Integrator};
 use crate::model::Model;
+use crate::schedule::{Plan, Schedule, Stride};
 use crate::state::State;
 
 /// The workspace of a simulation: allocated once, never part of a result.
@@ -17,21 +19,32 @@ pub struct Work {
     filter: Filter,
     health: Health,
     pool: Arc<Pool>,
+    schedule: Schedule,
+    /// The last step, planned.
+    plan: Plan,
     /// Where the step leads [m].
     ends: Vectors,
 }
 
 impl Work {
-    /// Workspace for a model, on `threads` threads.
+    /// Workspace for a model and the steps of its scene, on `threads` threads.
     #[must_use]
-    pub fn new(model: &Model, threads: usize) -> Self {
-        let pool = Arc::new(Pool::new(threads));
+    pub fn new(model: &Model, schedule: &Schedule, threads: usize) -> Self {
+        Self::with_pool(model, schedule, Arc::new(Pool::new(threads)))
+    }
+
+    /// The same on the threads of a pool, which simulations may share.
+    #[must_use]
+    pub fn with_pool(model: &Model, schedule: &Schedule, pool: Arc<Pool>) -> Self {
+        let plan = schedule.plan(model, schedule.step_length);
         Self {
             forces: Forces::new(model),
-            integrator: Integrator::new(model, pool.threads()),
-            filter: Filter::new(model),
+            integrator: Integrator::new(model, &plan),
+            filter: Filter::new(model, &plan),
             health: Health::new(model),
             ends: Vectors::zeros(model.particle_count()),
+            schedule: *schedule,
+            plan,
             pool,
         }
     }
@@ -46,16 +59,25 @@ impl Work {
     pub fn hands(&mut self) -> &mut Hands {
         self.filter.hands()
     }
+
+    /// Plans a step of `dt` seconds, unless it is like the last one.
+    fn plan(&mut self, model: &Model, dt: f64) {
+        if self.plan.length != dt {
+            self.plan = self.schedule.plan(model, dt);
+        }
+    }
 }
 
-/// Advances by one step.
-pub fn step(model: &Model, state: &mut State, work: &mut Work) -> StepReport {
-    let Work { forces, integrator, filter, pool, ends, .. } = work;
+/// Advances by one step of `dt` seconds under what acts from outside.
+pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
+    work.plan(model, dt); // dt -> parts of the step
+    let Work { forces, integrator, filter, pool, plan, ends, .. } = work;
+    let stride = Stride { model, inputs, plan };
     pool.install(|| {
-        filter::hold(model, state, filter); // paths, hands -> v of what is held
-        let evaluations = integrate::propose(model, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
-        let limited = filter::apply(model, state, ends, filter, pool); // x*, v* -> admissible ones
-        integrate::advance(model, state, ends, forces, integrator, pool); // x = x*
+        filter::hold(stride, state, filter); // paths, hands -> v of what is held
+        let evaluations = integrate::propose(stride, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
+        let limited = filter::apply(stride, state, ends, filter, pool); // x*, v* -> admissible ones
+        integrate::advance(stride, state, ends, forces, integrator, pool); // x = x*
         StepReport { evaluations, limited }
     })
 }
@@ -67,13 +89,20 @@ pub fn glance(model: &Model, state: &State, work: &mut Work) -> Glance {
 }
 
 /// Examines a state without advancing it.
-pub fn inspect(model: &Model, state: &State, work: &mut Work) -> StateReport {
+pub fn inspect(model: &Model, state: &State, inputs: &Inputs, work: &mut Work) -> StateReport {
     let Work { health, pool, .. } = work;
-    pool.install(|| health::inspect(model, state, health, pool))
+    pool.install(|| health::inspect(model, state, inputs, health, pool))
+}
+
+/// Gravity, drag and wind on a state: the accelerations of all particles [m/s^2].
+pub fn external<'a>(model: &Model, state: &State, inputs: &Inputs, work: &'a mut Work) -> &'a Vectors {
+    let Work { forces, pool, plan, .. } = work;
+    pool.install(|| crate::forces::external(Stride { model, inputs, plan }, state, forces, pool));
+    forces.acceleration()
 }
 
 /// Moves the particles of a state from elsewhere until no spring is over its limit; see [`filter::admit`].
-pub fn admit(model: &Model, state: &mut State, work: &mut Work) {
-    let Work { filter, pool, .. } = work;
-    pool.install(|| filter::admit(model, state, filter, pool));
+pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work) {
+    let Work { filter, pool, plan, .. } = work;
+    pool.install(|| filter::admit(Stride { model, inputs, plan }, state, filter, pool));
 }

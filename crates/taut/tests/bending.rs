@@ -5,7 +5,7 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::{mesh_scene, model};
+use common::{Built, mesh_scene, model};
 use glam::{DVec2, DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::advance::advance;
@@ -60,12 +60,12 @@ fn the_elastica_solved_here_is_the_known_one() {
 }
 
 /// Where the ends of a strip come to rest that lies across a line and droops on both sides, as [`elastica`] says it.
-fn droop(model: &Model, tip: usize) -> DVec2 {
+fn droop(model: &Built, tip: usize) -> DVec2 {
     let mut state = State::new(model);
     let mut before = state.clone();
-    let mut work = Work::new(model, 1);
-    let steps = (2.0 / model.timing.step_length) as u64;
-    advance(model, &mut state, &mut before, &mut work, steps).expect("stays finite");
+    let mut work = Work::new(model, &model.schedule, 1);
+    let steps = (2.0 / model.schedule.step_length) as u64;
+    advance(model, &mut state, &mut before, &model.inputs, model.schedule.step_length, &mut work, steps).expect("stays finite");
     let fastest = state.velocities.iter().map(Vec3::length).fold(0.0, f32::max);
     assert!(fastest < 5e-3, "still moving with {fastest} m/s");
     let end = state.positions.get(model.numbering.particle(tip as u32) as usize).as_dvec3();
@@ -182,7 +182,7 @@ fn rhombus(n: usize) -> MeshData {
     mesh
 }
 
-fn sheet(n: usize, source: &str) -> Model {
+fn sheet(n: usize, source: &str) -> Built {
     let mut cloth = json!({ "density": 0.2, "stiffness": 0.0, "damping": 0.0, "air_drag": 0.0, "bending": 3e-4 });
     let rest = json!({ "solver": { "filter": "none" } });
     match source {
@@ -299,7 +299,7 @@ fn forces_are_the_slope_of_the_energy() {
 fn the_step_is_bounded_by_the_stiffest_bending() {
     for (source, most) in [("grid", 1.1), ("rhombus", 2.0), ("crooked", 2.5)] {
         let model = sheet(12, source);
-        let bound = (2.0 / model.timing.bound).powi(2);
+        let bound = (2.0 / model.schedule.bound).powi(2);
         // Power iteration for the largest eigenvalue of the matrix over the masses.
         let mut shape: Vectors = (0..model.particle_count()).map(|i| Vec3::Z * if i % 2 == 0 { 1.0 } else { -0.9 }).collect();
         let mut largest = 0.0;

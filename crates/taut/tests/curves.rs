@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Simulation, chain_links, mesh_scene, model, network, scene_of};
+use common::{Built, Simulation, chain_links, mesh_scene, model, network, scene_of};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::forces::{Forces, kick};
@@ -85,7 +85,7 @@ fn a_mass_that_is_shot_off_turns_where_the_integral_of_the_curve_is_its_energy_a
 }
 
 /// A sheet in the x-y plane that has curves alone, or a mesh of equilateral triangles or of quads.
-fn sheet(source: &str, cells: [usize; 2], size: [f64; 2], curves: &Value) -> Model {
+fn sheet(source: &str, cells: [usize; 2], size: [f64; 2], curves: &Value) -> Built {
     let mut cloth = json!({ "density": 0.2, "damping": 0.0, "air_drag": 0.0, "curves": curves });
     for (field, curve) in [("stiffness", "tension"), ("shear_stiffness", "shear")] {
         if curves.get(curve).is_none() {
@@ -127,11 +127,11 @@ fn shaped(model: &Model, shape: impl Fn(DVec3) -> DVec3) -> Vectors {
     model.particles.rest.iter().map(|place| shape(place.as_dvec3()).as_vec3()).collect()
 }
 
-fn energy(model: &Model, positions: &Vectors) -> f64 {
+fn energy(model: &Built, positions: &Vectors) -> f64 {
     let mut state = State::new(model);
     state.positions = positions.clone();
-    let mut work = Work::new(model, 1);
-    taut::step::inspect(model, &state, &mut work).elastic_energy
+    let mut work = Work::new(model, &model.schedule, 1);
+    taut::step::inspect(model, &state, &model.inputs, &mut work).elastic_energy
 }
 
 fn forces(model: &Model, positions: &Vectors) -> Vec<DVec3> {
@@ -238,7 +238,7 @@ fn straight_curves_are_the_stiffnesses_that_they_stand_for() {
         }
         let (found, expected) = (energy(&curved, &positions), energy(&straight, &positions));
         assert!((found / expected - 1.0).abs() < 1e-3, "{source}: {found} and {expected} J");
-        let rates = [&curved, &straight].map(|model| model.timing.bound);
+        let rates = [&curved, &straight].map(|model| model.schedule.bound);
         assert!((rates[0] / rates[1] - 1.0).abs() < 1e-3, "{source}: bounds {rates:?}");
     }
 }
@@ -314,7 +314,7 @@ fn hanging(filter: &str) -> Value {
 fn the_limit_takes_over_at_the_knee_and_the_step_sees_the_curve_below_it_only() {
     let (limited, bare) = (model(&hanging("sweeps")), model(&hanging("none")));
     // Twenty against sixty times the first slope.
-    let squares = (limited.timing.bound / bare.timing.bound).powi(2);
+    let squares = (limited.schedule.bound / bare.schedule.bound).powi(2);
     assert!((2.5..3.0).contains(&squares), "{squares}");
     let mut run = Simulation::of(model(&hanging("coarse_to_fine")));
     let summary = run.steps((1.0 / run.step_length()) as u64);

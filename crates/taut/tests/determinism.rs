@@ -7,10 +7,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::collections::BTreeMap;
 
-use common::{Simulation, crooked, goldens};
+use common::{Built, Simulation, build, crooked, goldens};
 use serde_json::{Value, json};
 use taut::geometry::CHUNK;
-use taut::model::Model;
 
 /// Counts the allocations of the current thread.
 struct Counting;
@@ -166,11 +165,11 @@ fn net_cloth(name: &str, side: u32) -> Value {
 }
 
 /// A scene with the wind of the flag and these cloths; the mesh has so many cells a side.
-fn of_cloths(cloths: &[Value], filter: &str, cells: u32) -> Model {
+fn of_cloths(cloths: &[Value], filter: &str, cells: u32) -> Built {
     let mut scene = flag([1, 1], filter, "triangle");
     scene["wind"]["law"] = json!("drag_lift");
     scene["cloth"] = json!(cloths);
-    Model::build(&common::scene(&scene), &BTreeMap::from([("crooked".to_owned(), crooked(cells))])).expect("a model")
+    build(&common::scene(&scene), &BTreeMap::from([("crooked".to_owned(), crooked(cells))])).expect("a model")
 }
 
 #[test]

@@ -5,12 +5,11 @@ mod common;
 
 use std::f64::consts::{PI, TAU};
 
-use common::{Simulation, mesh_scene, model, scene_of};
+use common::{Built, Simulation, mesh_scene, model, scene_of};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
-use taut::forces::{Forces, external};
-use taut::geometry::Pool;
-use taut::model::{Flows, MeshData, Model};
+use taut::inputs::Flows;
+use taut::model::MeshData;
 use taut::scene::Scene;
 use taut::state::State;
 
@@ -26,7 +25,7 @@ fn source(flow: f64) -> Value {
 
 fn flows(elements: &[Value]) -> Flows {
     let scene = json!({ "wind": { "elements": elements }, "cloth": [{ "grid": { "cells": [2, 2] } }] });
-    model(&scene).air.expect("wind").flows
+    model(&scene).inputs.air.expect("wind").flows
 }
 
 fn velocity(flows: &Flows, place: DVec3) -> DVec3 {
@@ -111,12 +110,12 @@ fn nowhere_is_the_air_faster_than_the_step_reckons_with() {
         json!({ "wind": wind, "cloth": [{ "grid": { "cells": [8, 8] } }], "solver": { "filter": "none" } })
     };
     let (calm, blown) = (model(&scene(json!([]))), model(&scene(elements)));
-    let air = blown.air.as_ref().expect("wind");
+    let air = blown.inputs.air.as_ref().expect("wind");
     assert_eq!(air.velocity, Vec3::new(3.0, 1.0, 0.0));
     let gusts: f64 = air.waves.iter().map(|wave| f64::from(wave.amplitude.length())).sum();
     let cores = 1.7 / (TAU * 0.1) + 0.8 / (4.0 * PI * 0.04);
     assert!((air.greatest_speed - (10.0_f64.sqrt() + gusts + cores)).abs() < 1e-6, "{} m/s", air.greatest_speed);
-    assert!(blown.timing.bound < calm.timing.bound, "the flows do not shorten the step");
+    assert!(blown.schedule.bound < calm.schedule.bound, "the flows do not shorten the step");
 
     let fastest = (0..40_000).map(|index| {
         let along = |factor: f64| -1.0 + 2.0 * (f64::from(index) * factor).fract();
@@ -127,7 +126,7 @@ fn nowhere_is_the_air_faster_than_the_step_reckons_with() {
 }
 
 /// A triangle of half a square metre in the x-y plane, tilted about the x axis.
-fn plate(law: &str, drag: f64, lift: f64, friction: f64, tilt: f64, wind: [f64; 3]) -> Model {
+fn plate(law: &str, drag: f64, lift: f64, friction: f64, tilt: f64, wind: [f64; 3]) -> Built {
     let mesh = MeshData {
         vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, tilt.cos(), tilt.sin()]],
         corners: vec![0, 1, 2],
@@ -140,13 +139,11 @@ fn plate(law: &str, drag: f64, lift: f64, friction: f64, tilt: f64, wind: [f64; 
     mesh_scene(rest, cloth, mesh)
 }
 
-fn force(model: &Model, velocity: Vec3) -> DVec3 {
+fn force(model: &Built, velocity: Vec3) -> DVec3 {
     let mut state = State::new(model);
     (0..model.particle_count()).for_each(|particle| state.velocities.set(particle, velocity));
-    let mut forces = Forces::new(model);
-    external(model, &state, &mut forces, &Pool::new(1));
     let masses = model.particles.mass.iter().map(|&mass| f64::from(mass));
-    forces.acceleration().iter().zip(masses).map(|(acceleration, mass)| acceleration.as_dvec3() * mass).sum()
+    model.external(&state).iter().zip(masses).map(|(acceleration, mass)| acceleration.as_dvec3() * mass).sum()
 }
 
 #[test]
@@ -244,7 +241,7 @@ fn a_sheet_in_a_uniform_flow_is_carried_away_with_it() {
     scene["wind"] = json!({ "elements": [{ "kind": "uniform", "velocity": [0.0, 3.0, 0.0] }] });
     let mut run = Simulation::new(&scene);
     run.steps(30 * 60 * 10);
-    let time = run.state.time(&run.model);
+    let time = run.state.time();
     // dv/dt = a (W - v)^2 with a = rho C_d / (2 sigma): W - v = W / (1 + a W t).
     let expected = 3.0 - 3.0 / (1.0 + 0.5 * 1.2 * 1.2 / 0.1 * 3.0 * time);
     let found = run.state.velocities.y.iter().map(|&y| f64::from(y)).sum::<f64>() / 81.0;
@@ -276,10 +273,8 @@ fn on_wavy_sheet(n: usize, form: &str, law: &str) -> Vec<DVec3> {
     });
     let model = mesh_scene(rest, json!({ "air_drag": 0.0, "friction_coefficient": 0.05 }), mesh);
     let state = State::new(&model);
-    let mut forces = Forces::new(&model);
-    external(&model, &state, &mut forces, &Pool::new(1));
     let masses = model.particles.mass.iter().map(|&mass| f64::from(mass));
-    forces.acceleration().iter().zip(masses).map(|(acceleration, mass)| acceleration.as_dvec3() * mass).collect()
+    model.external(&state).iter().zip(masses).map(|(acceleration, mass)| acceleration.as_dvec3() * mass).collect()
 }
 
 #[test]

@@ -112,13 +112,13 @@ fn a_state_from_elsewhere_is_brought_within_the_limit_and_goes_on() {
     let mut run = held_sheet("coarse_to_fine", 0.0);
     run.state.clone_from(&bare.state);
     assert!(worst(&run.model, &run.state) > 1.5, "the bare sheet is stretched: {}", worst(&run.model, &run.state));
-    admit(&run.model, &mut run.state, &mut run.work);
+    admit(&run.model, &mut run.state, &run.model.inputs, &mut run.work);
     assert!(worst(&run.model, &run.state) <= 1.0);
     for &pin in &run.model.pins[0].particles {
         assert_eq!(run.state.positions.get(pin as usize), run.model.particles.rest.get(pin as usize));
     }
     let before = run.state.clone();
-    admit(&run.model, &mut run.state, &mut run.work);
+    admit(&run.model, &mut run.state, &run.model.inputs, &mut run.work);
     assert_eq!(run.state, before, "what is within the limit is left as it is");
     assert_eq!(run.steps(240).cuts, 0);
     let way = run.state.positions.get(HELD as usize).distance(before.positions.get(HELD as usize));

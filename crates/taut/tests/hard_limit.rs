@@ -85,7 +85,7 @@ fn a_mesh_falls_as_a_grid_does() {
     let (mut apart, mut cuts) = (0.0_f64, 0);
     for _ in 0..36 {
         for run in [&mut mesh, &mut grid] {
-            cuts += run.steps(u64::from(run.model.timing.substeps)).cuts;
+            cuts += run.steps(u64::from(run.model.schedule.substeps)).cuts;
         }
         apart = apart.max(centre_of_mass(&mesh).distance(centre_of_mass(&grid)));
     }
@@ -98,7 +98,7 @@ fn automatic_steps_bear_any_stiffness() {
     for as_mesh in [false, true] {
         for stiffness in [1e2, 1e3, 1e4, 1e5] {
             let mut run = hung(as_mesh, 16, Some(stiffness));
-            run.steps(60 * u64::from(run.model.timing.substeps));
+            run.steps(60 * u64::from(run.model.schedule.substeps));
             let fastest = run.state.velocities.iter().map(Vec3::length).fold(0.0, f32::max);
             // A fall of 1.4 m ends with 5 m/s; a tip may be whipped faster.
             assert!(fastest < 15.0, "mesh: {as_mesh}, {stiffness} N/m: {fastest} m/s");
@@ -136,7 +136,7 @@ fn pins_that_ask_for_the_impossible_are_held_back_and_counted_and_arrive_once_th
             let one = run.steps(1);
             (cuts, held_back) = (cuts + one.cuts, held_back + one.held_back_pins);
             assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING);
-            let place = run.model.pins[0].position(0, run.state.time(&run.model));
+            let place = run.model.inputs.pins.position(&run.model, 0, 0, run.state.time());
             late = late.max(place.distance(run.state.positions.get(1)));
         }
         (cuts, held_back, late, run.state.positions.get(1).distance(Vec3::X))

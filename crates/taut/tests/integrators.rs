@@ -37,7 +37,7 @@ fn phase(run: &Simulation) -> [f64; 2] {
 fn error(integrator: &str, damping: f64, substeps: u32) -> f64 {
     let mut run = oscillator(integrator, "none", damping, substeps);
     run.steps(10 * u64::from(substeps));
-    let (rate, time) = (0.5 * damping, run.state.time(&run.model));
+    let (rate, time) = (0.5 * damping, run.state.time());
     let turning = (W * W - rate * rate).sqrt();
     let decay = 0.5 * (-rate * time).exp();
     let (sine, cosine) = (turning * time).sin_cos();
@@ -189,7 +189,7 @@ fn verlet_keeps_the_energy_and_has_the_period_of_its_discrete_oscillator() {
 fn the_bound_of_the_step_is_where_vibrations_begin_to_grow() {
     // A spring between a pin and a mass meets the bound on w with equality.
     for (integrator, reach) in [("euler", 2.0), ("verlet", 2.0), ("rk4", 2.82)] {
-        let bound = oscillator(integrator, "none", 0.0, 1).model.timing.bound;
+        let bound = oscillator(integrator, "none", 0.0, 1).model.schedule.bound;
         assert!((bound * W / reach - 1.0).abs() < 1e-6, "{integrator}: {bound} s");
         for (part, stable) in [(0.98, true), (1.02, false)] {
             let mut scene = scene_of(network(&[[0.0, 0.0, -1.0], [0.0; 3]], &[[0, 1]], 1.0), 1, "none", 0.0);
@@ -218,7 +218,7 @@ fn what_grows_at_any_step_grows_by_e_in_ten_seconds_at_its_bound() {
             cloth["pins"] = json!([{ "vertices": [0] }]);
             let mut scene = scene_of(cloth, 1, "none", 0.0);
             (scene["solver"]["integrator"], scene["solver"]["substeps"]) = (json!(integrator), json!("auto"));
-            let bound = common::model(&scene).timing.bound;
+            let bound = common::model(&scene).schedule.bound;
             (scene["fps"], scene["solver"]["substeps"]) = (json!(1.0 / (0.9999 * bound)), json!(1));
             let mut run = Simulation::new(&scene);
             run.state.positions.set(1, Vec3::new(0.0, 0.0, 0.1));
@@ -258,7 +258,7 @@ fn implicit_methods_are_stable_at_a_sixtieth_of_a_second_with_a_thousand_times_t
         let explicit = {
             scene["solver"]["integrator"] = json!("euler");
             scene["solver"]["force_step"] = json!(true);
-            common::model(&scene).timing.bound
+            common::model(&scene).schedule.bound
         };
         assert!(run.step_length() > 100.0 * explicit);
         let energy = |run: &mut Simulation| {

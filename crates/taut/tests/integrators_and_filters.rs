@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Simulation, chain_links, mesh_scene, model, network, scene_of, sheet};
+use common::{Built, Simulation, chain_links, mesh_scene, model, network, scene_of, sheet};
 use glam::Vec3;
 use serde_json::{Value, json};
 use taut::model::{MeshData, Model};
@@ -54,7 +54,7 @@ fn mesh() -> MeshData {
 }
 
 /// A grid, a network and a mesh.
-fn models(integrator: &str, filter: &str) -> [Model; 3] {
+fn models(integrator: &str, filter: &str) -> [Built; 3] {
     let with = |cloth: Value| {
         let mut scene = blown(integrator, filter);
         scene["cloth"] = json!([cloth]);
@@ -78,7 +78,7 @@ fn worst(model: &Model, state: &State) -> f64 {
 fn the_limit_holds_after_every_step_of_every_integrator() {
     for integrator in INTEGRATORS {
         for model in models(integrator, "coarse_to_fine") {
-            let steps = (0.2 / model.timing.step_length) as u64;
+            let steps = (0.2 / model.schedule.step_length) as u64;
             let mut run = Simulation::of(model);
             let mut limited = 0;
             for step in 0..steps {
@@ -96,7 +96,7 @@ fn every_integrator_runs_with_sweeps_and_with_no_filter() {
     for integrator in INTEGRATORS {
         for filter in ["sweeps", "none"] {
             for model in models(integrator, filter) {
-                let steps = (0.2 / model.timing.step_length) as u64;
+                let steps = (0.2 / model.schedule.step_length) as u64;
                 let mut run = Simulation::of(model);
                 let summary = run.steps(steps);
                 let fastest = run.state.velocities.iter().map(Vec3::length).fold(0.0, f32::max);
@@ -147,7 +147,7 @@ fn pins_follow_their_path_to_the_bit() {
         let mut run = Simulation::of(model);
         for _ in 0..40 {
             run.steps(1);
-            let place = run.model.pins[0].position(0, run.state.time(&run.model));
+            let place = run.model.inputs.pins.position(&run.model, 0, 0, run.state.time());
             assert_eq!(run.state.positions.get(run.model.pins[0].particles[0] as usize), place, "{integrator}");
         }
     }
@@ -233,7 +233,7 @@ fn the_filter_to_the_letter_refuses_integrators_that_it_cannot_serve() {
     for integrator in INTEGRATORS {
         let mut scene = blown(integrator, "sequential");
         scene["cloth"] = json!([net()]);
-        let built = Scene::from_json(&scene.to_string()).and_then(|scene| Model::build(&scene, &Default::default()));
+        let built = Scene::from_json(&scene.to_string()).and_then(|scene| common::build(&scene, &Default::default()));
         match (integrator, built) {
             ("euler" | "implicit_euler", built) => assert!(built.is_ok()),
             (_, built) => {
@@ -254,7 +254,7 @@ fn springs_with_measured_curves_run_and_bending_along_a_curve_refuses_implicit_m
             let mut cloth = json!({ "name": "shirt", "grid": { "size": [0.5, 0.5], "cells": [6, 6] }, "density": 0.2 });
             (cloth["pins"], cloth["curves"]) = (json!([{ "edge": "top" }]), curves);
             scene["cloth"] = json!([cloth]);
-            Scene::from_json(&scene.to_string()).and_then(|scene| Model::build(&scene, &Default::default()))
+            Scene::from_json(&scene.to_string()).and_then(|scene| common::build(&scene, &Default::default()))
         };
         let model = built(json!({ "tension": [[0, 0], [0.02, 0.5], [0.06, 8.0]] })).expect("a model");
         let mut run = Simulation::of(model);

@@ -93,9 +93,9 @@ fn fast_projection_keeps_warp_and_weft_within_its_tolerance_on_grids_and_quads()
     mesh["mesh"] = json!("mesh");
     for cloth in [grid, mesh] {
         let scene = scene(&json!({ "cloth": [cloth], "solver": { "filter": "fast_projection" } }));
-        let model = Model::build(&scene, &BTreeMap::from([("mesh".to_owned(), quads.clone())])).expect("quads do not lock");
+        let model = common::build(&scene, &BTreeMap::from([("mesh".to_owned(), quads.clone())])).expect("quads do not lock");
         let mut run = Simulation::of(model);
-        for _ in 0..45 * run.model.timing.substeps {
+        for _ in 0..45 * run.model.schedule.substeps {
             run.steps(1);
             let off = furthest_off(&run.model, &run.state);
             assert!(off < 0.001 + 1e-5, "a thread is off its length by {off}");
@@ -142,10 +142,10 @@ fn a_tether_is_as_long_as_the_way_along_the_cloth() {
     let mut scene = json!({ "cloth": [cloth], "gravity": [0, 0, 0], "solver": { "filter": "tethers", "substeps": 1 } });
     scene["cloth"][0]["mesh"] = json!("mesh");
     let meshes = BTreeMap::from([("mesh".to_owned(), irregular(20))]);
-    let model = Model::build(&common::scene(&scene), &meshes).expect("a model");
+    let model = common::build(&common::scene(&scene), &meshes).expect("a model");
     let arc: Vec<u32> = arc.iter().map(|&vertex| model.numbering.particle(vertex)).collect();
     let rest = |particle: u32| model.particles.rest.get(particle as usize).as_dvec3();
-    let mut run = Simulation::of(Model::build(&common::scene(&scene), &meshes).expect("a model"));
+    let mut run = Simulation::of(common::build(&common::scene(&scene), &meshes).expect("a model"));
     // All is far above the pins, so that every tether is taut.
     for particle in (0..441).filter(|particle| !arc.contains(particle)) {
         run.state.positions.set(particle as usize, rest(particle).as_vec3() + Vec3::Z * 1000.0);
@@ -173,7 +173,7 @@ fn a_tether_follows_bent_cloth_and_its_moving_pin() {
     let cloth = json!({ "strain_limit": 0.1, "stiffness": 0.0, "damping": 0.0, "air_drag": 0.0, "pins": pins });
     let mut scene = json!({ "cloth": [cloth], "gravity": [0, 0, 0], "solver": { "filter": "tethers", "substeps": 1 } });
     scene["cloth"][0]["mesh"] = json!("mesh");
-    let model = Model::build(&common::scene(&scene), &BTreeMap::from([("mesh".to_owned(), mesh)])).expect("a model");
+    let model = common::build(&common::scene(&scene), &BTreeMap::from([("mesh".to_owned(), mesh)])).expect("a model");
     let mut run = Simulation::of(model);
     for _ in 0..60 {
         run.steps(1);
@@ -234,7 +234,7 @@ fn a_compliant_spring_has_the_period_of_its_mass_and_stiffness_and_is_rigid_at_i
 fn refusal(cloth: &Value, filter: &str, mesh: MeshData) -> String {
     let scene = json!({ "cloth": [cloth], "solver": { "filter": filter } });
     let meshes = BTreeMap::from([("mesh".to_owned(), mesh)]);
-    let built = Scene::from_json(&scene.to_string()).and_then(|scene| Model::build(&scene, &meshes));
+    let built = Scene::from_json(&scene.to_string()).and_then(|scene| common::build(&scene, &meshes));
     built.expect_err("must be refused").to_string()
 }
 
@@ -254,7 +254,7 @@ fn what_a_filter_cannot_do_is_refused_with_the_reason() {
         };
         let mut scene = json!({ "cloth": [cape], "solver": { "filter": filter } });
         scene["cloth"][0]["pins"] = json!([]);
-        assert!(Model::build(&common::scene(&scene), &BTreeMap::from([("mesh".to_owned(), strip)])).is_ok());
+        assert!(common::build(&common::scene(&scene), &BTreeMap::from([("mesh".to_owned(), strip)])).is_ok());
     }
     let loose = json!({ "name": "sheet", "grid": { "cells": [4, 4] } });
     let text = refusal(&loose, "tethers", MeshData::default());
@@ -284,11 +284,12 @@ fn rods_fast_projection_and_compliant_springs_keep_momentum() {
             moving.map(|(velocity, &mass)| velocity.as_dvec3() * f64::from(mass)).sum::<DVec3>()
         };
         let before = momentum(&state);
-        let mut filter_of = Filter::new(&model);
+        let plan = model.plan();
+        let mut filter_of = Filter::new(&model, &plan);
         for _ in 0..50 {
             let mut ends = state.positions.clone();
-            ends.add_scaled(0..4, &state.velocities, model.timing.step_length as f32, &Pool::new(1));
-            let done = apply(&model, &mut state, &mut ends, &mut filter_of, &Pool::new(1));
+            ends.add_scaled(0..4, &state.velocities, model.schedule.step_length as f32, &Pool::new(1));
+            let done = apply(model.stride(&plan), &mut state, &mut ends, &mut filter_of, &Pool::new(1));
             assert!(done.sweeps > 0);
             state.positions = ends;
         }
@@ -304,7 +305,7 @@ fn springs_that_a_filter_replaces_do_not_bound_the_step() {
         (cloth["damping"], cloth["density"]) = (json!(0.0), json!(0.2));
         scene_of(cloth, 10, filter, G)
     };
-    let refused = Model::build(&scene(&sheet("provot")), &BTreeMap::new()).expect_err("a million newtons per metre");
+    let refused = common::build(&scene(&sheet("provot")), &BTreeMap::new()).expect_err("a million newtons per metre");
     assert!(refused.to_string().contains("over the stability bound"), "{refused}");
     for filter in ["rods", "fast_projection", "xpbd"] {
         let mut run = Simulation::new(&sheet(filter));

@@ -1,20 +1,19 @@
-//! The parts of a step: however they are walked through, the bits are those of one part after another.
+//! The parts of a step: kick, drift, kick; and with scaled masses fewer of them.
 #![allow(missing_docs)]
 
 mod common;
 
-use common::{Simulation, model};
+use common::{Built, Simulation, model};
 use glam::Vec3;
 use serde_json::json;
 use taut::forces::{Forces, damp, external, kick};
 use taut::geometry::{Pool, Vectors};
 use taut::integrate::{Integrator, propose};
-use taut::model::Model;
 use taut::state::State;
 
 /// A sheet of so many cells, crumpled and moving, whose springs take several parts of a step, but not so many that masses are
 /// scaled.
-fn crumpled(cells: [u32; 2], damping: f64) -> (Model, State) {
+fn crumpled(cells: [u32; 2], damping: f64) -> (Built, State) {
     let model = model(&json!({
         "cloth": [{
             "grid": { "size": [1.0, 0.7], "cells": cells, "axes": ["x", "y"] },
@@ -37,17 +36,18 @@ fn crumpled(cells: [u32; 2], damping: f64) -> (Model, State) {
 }
 
 /// Ends and velocities, one part after another.
-fn one_after_another(model: &Model, mut state: State) -> (Vectors, Vectors) {
+fn one_after_another(model: &Built, mut state: State) -> (Vectors, Vectors) {
     let (pool, particles) = (Pool::new(1), 0..model.particle_count());
-    let count = model.timing.spring_steps;
-    let length = (model.timing.step_length / f64::from(count)) as f32;
+    let plan = model.plan();
+    let (stride, count) = (model.stride(&plan), plan.spring_steps);
+    let length = (model.schedule.step_length / f64::from(count)) as f32;
     let mut forces = Forces::new(model);
-    external(model, &state, &mut forces, &pool);
-    damp(model, &model.cloths, &mut state.velocities, &mut forces, &pool);
+    external(stride, &state, &mut forces, &pool);
+    damp(stride, &model.cloths, &mut state.velocities, &mut forces, &pool);
     let (mut ends, mut seen) = (state.positions.clone(), state.positions.clone());
     ends.set_scaled(particles.clone(), &state.positions, &state.velocities, 0.5 * length, &pool);
     for part in 1..=count {
-        let ahead = model.timing.springs_ahead as f32;
+        let ahead = plan.springs_ahead as f32;
         seen.set_scaled(particles.clone(), &ends, &state.velocities, ahead, &pool);
         kick(model, &model.cloths[0], &seen, &mut state.velocities, length, &mut forces, &pool);
         let after = if part < count { length } else { length - 0.5 * length };
@@ -57,18 +57,19 @@ fn one_after_another(model: &Model, mut state: State) -> (Vectors, Vectors) {
 }
 
 #[test]
-fn a_walk_over_the_rows_gives_the_bits_of_one_part_after_another() {
-    // Rows shorter and longer than a register, and a whole number of registers long; more parts than one group holds.
+fn parts_are_taken_one_after_another_on_any_number_of_threads() {
+    // Rows shorter and longer than a register, and a whole number of registers long.
     for (cells, damping) in [([2, 2], 0.0), ([6, 9], 0.0), ([15, 4], 0.5), ([31, 33], 0.0), ([47, 70], 0.1), ([130, 20], 0.0)] {
         let (model, state) = crumpled(cells, damping);
-        assert!(model.timing.spring_steps > 2 && model.timing.scaled.is_none(), "{cells:?}: {:?}", model.timing);
+        let plan = model.plan();
+        assert!(plan.spring_steps > 2 && plan.scaled.is_none(), "{cells:?}: {plan:?}");
         let expected = one_after_another(&model, state.clone());
         for threads in 1..=3 {
             let (pool, mut state) = (Pool::new(threads), state.clone());
-            let (mut forces, mut integrator) = (Forces::new(&model), Integrator::new(&model, pool.threads()));
+            let (mut forces, mut integrator) = (Forces::new(&model), Integrator::new(&model, &plan));
             let mut ends = state.positions.clone();
             pool.install(|| {
-                propose(&model, &mut state, &mut ends, &mut forces, &mut integrator, &pool);
+                propose(model.stride(&plan), &mut state, &mut ends, &mut forces, &mut integrator, &pool);
             });
             assert_eq!((&ends, &state.velocities), (&expected.0, &expected.1), "{cells:?} on {threads} threads");
         }
@@ -88,7 +89,7 @@ fn cloth_between_dense_pins_sets_out_as_fast_as_any() {
             }],
             "fps": 60.0, "solver": { "filter": filter },
         }));
-        run.steps(3 * u64::from(run.model.timing.substeps));
+        run.steps(3 * u64::from(run.model.schedule.substeps));
         -run.state.positions.z.iter().map(|z| f64::from(*z)).sum::<f64>() / run.model.particle_count() as f64
     };
     let (found, expected) = (sag("coarse_to_fine"), sag("none"));
@@ -102,8 +103,8 @@ fn masses_are_scaled_where_that_saves_parts_and_slows_nothing_down() {
             "grid": { "size": [1.0, 1.0], "cells": [cells, cells], "axes": ["x", "y"] },
             "density": 0.2, "stiffness": 20.0, "strain_limit": 0.1, "bending": bending, "pins": pins,
         });
-        let timing = model(&json!({ "cloth": [cloth], "fps": 60.0 })).timing;
-        timing.scaled.map(|scaled| scaled.parts)
+        let plan = model(&json!({ "cloth": [cloth], "fps": 60.0 })).plan();
+        plan.scaled.map(|scaled| scaled.parts)
     };
     assert_eq!(parts(json!([{ "corner": "bottom-left" }]), 64, 0.0), Some(3));
     assert_eq!(parts(json!([{ "edge": "left" }]), 64, 0.0), Some(3));

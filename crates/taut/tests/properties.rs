@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Simulation, model, network, scene_of};
+use common::{Built, Simulation, model, network, scene_of};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -11,7 +11,7 @@ use taut::filter::{Filter, apply};
 use taut::forces::{Forces, elastic_energy, kick};
 use taut::geometry::{Pool, Vectors};
 use taut::model::Model;
-use taut::state::State;
+use taut::state::{Clock, State};
 use taut::step::{glance, step};
 
 type Points = Vec<[f64; 3]>;
@@ -62,16 +62,17 @@ fn momentum(model: &Model, state: &State) -> DVec3 {
     state.velocities.iter().zip(&model.particles.mass).map(|(velocity, &mass)| velocity.as_dvec3() * f64::from(mass)).sum()
 }
 
-fn limit(model: &Model, state: &mut State) {
+fn limit(model: &Built, state: &mut State) {
     let pool = Pool::new(1);
     let mut ends = state.positions.clone();
-    ends.set_scaled(0..model.particle_count(), &state.positions, &state.velocities, model.timing.step_length as f32, &pool);
-    apply(model, state, &mut ends, &mut Filter::new(model), &pool);
+    ends.set_scaled(0..model.particle_count(), &state.positions, &state.velocities, model.schedule.step_length as f32, &pool);
+    let plan = model.plan();
+    apply(model.stride(&plan), state, &mut ends, &mut Filter::new(model, &plan), &pool);
 }
 
 /// Largest |P_uv| / R at the end of the step.
-fn worst(model: &Model, state: &State) -> f32 {
-    let step = model.timing.step_length as f32;
+fn worst(model: &Built, state: &State) -> f32 {
+    let step = model.schedule.step_length as f32;
     let end = |particle: u32| state.positions.get(particle as usize) + state.velocities.get(particle as usize) * step;
     let ratio = |spring: usize| {
         let [u, v] = model.springs.ends[spring];
@@ -143,7 +144,7 @@ proptest! {
     #[test]
     fn a_snapshot_reads_back_as_itself_and_a_damaged_one_is_refused((points, links, velocities) in nets(), at: usize) {
         let model = model(&net(&points, &links, "none", true));
-        let state = State { steps: at as u64, ..with_velocities(&model, &velocities) };
+        let state = State { clock: Clock::after(at as u64, 0.1), ..with_velocities(&model, &velocities) };
         let bytes = state.to_bytes(&model);
         prop_assert_eq!(State::from_bytes(&bytes, &model), Ok(state));
         let mut damaged = bytes.clone();
@@ -178,12 +179,12 @@ fn the_step_bound_divides_stable_from_unstable() {
         (cloth["stiffness"], cloth["damping"]) = (json!(30.0), json!(damping));
         let mut scene = scene_of(cloth, 1, "none", 0.0);
         scene["solver"]["force_step"] = json!(true);
-        let bound = model(&scene).timing.bound;
+        let bound = model(&scene).schedule.bound;
         scene["fps"] = json!(1.0 / (bound * factor));
         let mut run = Simulation::new(&scene);
         run.state.velocities.set(1, Vec3::new(1e-3, 0.0, 0.0));
         let mut worst = || {
-            step(&run.model, &mut run.state, &mut run.work);
+            step(&run.model, &mut run.state, &run.model.inputs, run.model.schedule.step_length, &mut run.work);
             glance(&run.model, &run.state, &mut run.work).worst_stretch
         };
         let largest = (0..2000).map(|_| worst()).fold(0.0, f64::max);

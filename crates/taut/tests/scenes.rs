@@ -6,7 +6,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
-use taut::model::{MeshData, Model};
+use taut::model::MeshData;
 use taut::scene::{Scene, schema};
 
 fn grid(change: impl FnOnce(&mut Value)) -> Value {
@@ -24,7 +24,7 @@ fn curves(curves: Value) -> Value {
 
 /// The error of reading or building.
 fn error(scene: &Value) -> String {
-    let built = Scene::from_json(&scene.to_string()).and_then(|scene| Model::build(&scene, &BTreeMap::new()));
+    let built = Scene::from_json(&scene.to_string()).and_then(|scene| common::build(&scene, &BTreeMap::new()));
     built.expect_err("must be refused").to_string()
 }
 
@@ -138,7 +138,7 @@ fn a_step_over_the_bound_can_be_forced_and_the_number_that_is_named_would_do() {
     let substeps: u32 = number.parse().expect("a whole number");
     common::model(&grid(|s| s["solver"]["substeps"] = json!(substeps)));
     common::model(&grid(|s| s["solver"] = json!({ "substeps": 1, "force_step": true, "filter": "sweeps" })));
-    assert_eq!(common::model(&grid(|s| s["solver"]["substeps"] = json!("auto"))).timing.substeps, substeps);
+    assert_eq!(common::model(&grid(|s| s["solver"]["substeps"] = json!("auto"))).schedule.substeps, substeps);
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn suspicious_values_are_warned_about() {
     assert!(warnings.iter().any(|text| text.contains("silk is usually 0.015 to 0.2 kg/m^2")), "{warnings:?}");
     assert!(common::scene(&grid(|_| ())).warnings().is_empty());
     let weights = grid(|s| s["cloth"][0]["weights"] = json!([{ "edge": "left", "mass": 0.1 }]));
-    let warnings = common::model(&weights).warnings;
+    let warnings = common::model(&weights).model.warnings;
     assert!(warnings.iter().any(|text| text.contains("weights[0]: what lies on held vertices")), "{warnings:?}");
 }
 
@@ -190,21 +190,21 @@ fn every_field_is_described_in_the_schema() {
     assert!(schema["properties"]["duration"]["description"].as_str().expect("text").contains("[s]"));
 }
 
-fn mesh(vertices: &[[f64; 3]], faces: &[&[i64]]) -> Result<Model, String> {
+fn mesh(vertices: &[[f64; 3]], faces: &[&[i64]]) -> Result<common::Built, String> {
     let mesh = MeshData {
         vertices: vertices.to_vec(),
         corners: faces.concat(),
         counts: faces.iter().map(|face| face.len() as i64).collect(),
     };
     let scene = common::scene(&json!({ "cloth": [{ "mesh": "m" }] }));
-    Model::build(&scene, &[("m".to_owned(), mesh)].into()).map_err(|error| error.to_string())
+    common::build(&scene, &[("m".to_owned(), mesh)].into()).map_err(|error| error.to_string())
 }
 
 const SQUARE: [[f64; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 
 #[test]
 fn faulty_meshes_are_refused_or_repaired_and_the_repair_is_reported() {
-    let refused: Vec<(Result<Model, String>, &str)> = vec![
+    let refused: Vec<(Result<common::Built, String>, &str)> = vec![
         (mesh(&SQUARE, &[&[0, 1, 9]]), "names vertex 9; there are 4"),
         (mesh(&SQUARE, &[&[0, 1, -1]]), "names vertex -1"),
         (mesh(&SQUARE, &[]), "no face with an area"),
@@ -216,7 +216,7 @@ fn faulty_meshes_are_refused_or_repaired_and_the_repair_is_reported() {
         assert!(text.contains("scene.cloth[0].mesh") && text.contains(expected), "{text:?} lacks {expected:?}");
     }
     let five = [SQUARE.as_slice(), &[[5., 5., 5.]]].concat();
-    let repaired: Vec<(Result<Model, String>, &str)> = vec![
+    let repaired: Vec<(Result<common::Built, String>, &str)> = vec![
         (mesh(&SQUARE, &[&[0, 1, 2], &[0, 1, 2], &[0, 2, 3]]), "1 faces that stand there twice"),
         (mesh(&SQUARE, &[&[0, 1, 2], &[0, 0, 2], &[0, 2, 3]]), "1 faces without area"),
         (mesh(&SQUARE, &[&[0, 1, 2], &[0, 3, 2]]), "1 faces were turned round"),

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{mesh_model, model, network, scene_of};
+use common::{Built, mesh_model, model, network, scene_of};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -41,7 +41,7 @@ fn random(seed: u32) -> impl FnMut() -> f64 {
 }
 
 /// A model; of a mesh or a network the vertex `order[i]` is number `i` of the plain one.
-fn build(cloth: &Cloth, order: Option<&[u32]>, pinned: bool) -> Model {
+fn build(cloth: &Cloth, order: Option<&[u32]>, pinned: bool) -> Built {
     let number = |plain: usize| order.map_or(plain as u32, |order| order[plain]);
     let material = json!({ "stiffness": 0.0, "damping": 0.0, "air_drag": 0.0, "density": 0.2, "strain_limit": LIMIT });
     let with_pin = |mut fields: Value| {
@@ -92,21 +92,22 @@ fn crooked(cells: [usize; 2], seed: u32, number: impl Fn(usize) -> u32) -> MeshD
 }
 
 /// A step that the filter is asked about.
-fn ends_of(model: &Model, state: &State) -> Vectors {
+fn ends_of(model: &Built, state: &State) -> Vectors {
     let mut ends = state.positions.clone();
-    ends.add_scaled(0..model.particle_count(), &state.velocities, model.timing.step_length as f32, &Pool::new(1));
+    ends.add_scaled(0..model.particle_count(), &state.velocities, model.schedule.step_length as f32, &Pool::new(1));
     ends
 }
 
 /// The state with filtered velocities, the ends of its step, and what the filter did.
-fn filtered(model: &Model, state: &State) -> (State, Vectors, Limited) {
+fn filtered(model: &Built, state: &State) -> (State, Vectors, Limited) {
     let (mut state, mut ends) = (state.clone(), ends_of(model, state));
-    let limited = apply(model, &mut state, &mut ends, &mut Filter::new(model), &Pool::new(1));
+    let plan = model.plan();
+    let limited = apply(model.stride(&plan), &mut state, &mut ends, &mut Filter::new(model, &plan), &Pool::new(1));
     (state, ends, limited)
 }
 
 /// Folded and still admissible: some steps of random velocities, each within the limit. Random velocities on top.
-fn folded(model: &Model, seed: u32, speed: f32) -> State {
+fn folded(model: &Built, seed: u32, speed: f32) -> State {
     let mut random = random(seed);
     let mut state = State::new(model);
     for step in 0..6 {
@@ -151,7 +152,8 @@ proptest! {
         prop_assert_eq!(&twice, &once);
         // The same with the very ends that the first pass left, not with those formed anew from its velocities.
         let (mut again, mut same) = (once.clone(), ends.clone());
-        apply(&model, &mut again, &mut same, &mut Filter::new(&model), &Pool::new(1));
+        let plan = model.plan();
+        apply(model.stride(&plan), &mut again, &mut same, &mut Filter::new(&model, &plan), &Pool::new(1));
         prop_assert!(again == once && same == ends);
     }
 
@@ -199,7 +201,7 @@ fn momentum(model: &Model, velocities: &Vectors) -> Vec3 {
 }
 
 /// Differences of the corrections of two equal steps, in parts of the correction (root of the energy), for many steps.
-fn differences(cases: impl Iterator<Item = (Model, Model, Vec<u32>, bool)>) -> Vec<f64> {
+fn differences(cases: impl Iterator<Item = (Built, Built, Vec<u32>, bool)>) -> Vec<f64> {
     let mut found = Vec::new();
     for (seed, (one, other, order, mirrored)) in (0_u32..).zip(cases) {
         let state = folded(&one, seed, [0.5, 3.0, 12.0][seed as usize % 3]);
@@ -239,7 +241,7 @@ fn a_mirrored_step_is_corrected_much_alike() {
 }
 
 /// A model, the same with other numbers, and which particle is which.
-fn shuffled(cloth: &Cloth, random: &mut impl FnMut() -> f64) -> (Model, Model, Vec<u32>, bool) {
+fn shuffled(cloth: &Cloth, random: &mut impl FnMut() -> f64) -> (Built, Built, Vec<u32>, bool) {
     let plain = build(cloth, None, false);
     let mut order: Vec<u32> = (0..plain.particle_count() as u32).collect();
     for last in (1..order.len()).rev() {

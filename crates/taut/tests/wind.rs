@@ -3,14 +3,12 @@
 
 mod common;
 
-use common::{mesh_model, model};
+use common::{Built, mesh_model, model};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
-use taut::forces::{Forces, external};
-use taut::geometry::Pool;
-use taut::model::{MeshData, Model};
-use taut::state::State;
+use taut::model::MeshData;
+use taut::state::{Clock, State};
 
 /// Half a cylinder of radius 1 m and height 1 m as a mesh of `n` x `n` quads.
 fn half_cylinder(n: usize) -> MeshData {
@@ -32,11 +30,9 @@ fn half_cylinder(n: usize) -> MeshData {
     mesh
 }
 
-fn forces(model: &Model, state: &State) -> Vec<DVec3> {
-    let mut forces = Forces::new(model);
-    external(model, state, &mut forces, &Pool::new(1));
+fn forces(model: &Built, state: &State) -> Vec<DVec3> {
     let masses = model.particles.mass.iter().map(|&mass| f64::from(mass));
-    forces.acceleration().iter().zip(masses).map(|(acceleration, mass)| acceleration.as_dvec3() * mass).collect()
+    model.external(state).iter().zip(masses).map(|(acceleration, mass)| acceleration.as_dvec3() * mass).collect()
 }
 
 fn wind_on_cylinder(n: usize, form: &str) -> Vec<DVec3> {
@@ -48,7 +44,7 @@ fn wind_on_cylinder(n: usize, form: &str) -> Vec<DVec3> {
         "wind": { "velocity": [2.0, 7.0, 1.0], "density": 1.2, "model": form },
     });
     let meshes = [("mesh".to_owned(), mesh)].into();
-    let model = Model::build(&common::scene(&scene), &meshes).expect("a model");
+    let model = common::build(&common::scene(&scene), &meshes).expect("a model");
     forces(&model, &State::new(&model))
 }
 
@@ -77,7 +73,7 @@ fn the_force_on_a_half_cylinder_is_the_integral_over_it() {
     }
 }
 
-fn sheet(gust: Value, wind: &str) -> Model {
+fn sheet(gust: Value, wind: &str) -> Built {
     model(&json!({
         "gravity": [0, 0, 0],
         "wind": { "velocity": [0.0, 8.0, 0.0], "gust": gust, "model": wind },
@@ -103,7 +99,7 @@ fn gusts_repeat_with_their_seed_vary_in_space_and_time_and_have_their_strength()
     let speeds = |seed: u64, steps: u64| {
         let model = sheet(json!({ "strength": 0.3, "period": 1.5, "seed": seed }), "particle");
         let mut state = State::new(&model);
-        state.steps = steps;
+        state.clock = Clock::after(steps, model.schedule.step_length);
         forces(&model, &state)
     };
     assert_eq!(speeds(1, 5), speeds(1, 5));
@@ -116,7 +112,7 @@ fn gusts_repeat_with_their_seed_vary_in_space_and_time_and_have_their_strength()
     let (mut square, mut count) = (0.0, 0.0);
     for seed in 0..50 {
         let model = sheet(json!({ "strength": 0.3, "period": 1.5, "seed": seed }), "particle");
-        let waves = &model.air.as_ref().expect("wind").waves;
+        let waves = &model.inputs.air.as_ref().expect("wind").waves;
         square += waves.iter().map(|wave| 0.5 * f64::from(wave.amplitude.length_squared())).sum::<f64>();
         count += 1.0;
     }
@@ -126,7 +122,7 @@ fn gusts_repeat_with_their_seed_vary_in_space_and_time_and_have_their_strength()
 #[test]
 fn a_cloth_that_moves_with_the_air_feels_no_wind() {
     let model = mesh_model(json!({ "air_drag": 0.0, "stiffness": 0.0 }), half_cylinder(4));
-    assert!(model.air.is_none());
+    assert!(model.inputs.air.is_none());
     let model = sheet(Value::Null, "triangle");
     let mut state = State::new(&model);
     (0..model.particle_count()).for_each(|particle| state.velocities.set(particle, Vec3::new(0.0, 8.0, 0.0)));
@@ -156,7 +152,7 @@ proptest! {
             },
         });
         let meshes = [("mesh".to_owned(), half_cylinder(cells[0] as usize + 1))].into();
-        let model = Model::build(&common::scene(&scene), &meshes).expect("a model");
+        let model = common::build(&common::scene(&scene), &meshes).expect("a model");
         let mut state = State::new(&model);
         let noise = |index: usize, salt: u32| (f64::from((index as u32).wrapping_mul(7919).wrapping_add(seed).wrapping_add(salt)) * 0.618).sin() as f32;
         for index in 0..model.particle_count() {
@@ -164,14 +160,13 @@ proptest! {
             let bent = state.positions.get(index) + Vec3::new(noise(index, 3), noise(index, 4), noise(index, 5)) * 0.1;
             state.positions.set(index, bent);
         }
-        let mut found = Forces::new(&model);
-        external(&model, &state, &mut found, &Pool::new(1));
+        let found = model.external(&state);
         let energy = |step: f32| -> f64 {
-            let against = |index: usize| state.velocities.get(index) + found.acceleration().get(index) * step - wind;
+            let against = |index: usize| state.velocities.get(index) + found.get(index) * step - wind;
             let one = |index: usize| f64::from(model.particles.mass[index]) * against(index).as_dvec3().length_squared();
             (0..model.particle_count()).map(one).sum()
         };
-        let (before, after) = (energy(0.0), energy(model.timing.step_length as f32));
+        let (before, after) = (energy(0.0), energy(model.schedule.step_length as f32));
         prop_assert!(after <= before * (1.0 + 1e-5), "{before} became {after}");
     }
 }

@@ -8,6 +8,7 @@ use glam::{DVec3, Vec3};
 
 use crate::geometry::Vectors;
 use crate::model::Model;
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// A hand closes a gap to its target in about this time [s], unless that is above its speed.
@@ -82,17 +83,17 @@ impl Hands {
     }
 
     /// Gives led particles the velocities that take them where they shall be at the end of the step.
-    pub(super) fn hold(&self, model: &Model, state: &mut State) {
-        let step = model.timing.step_length as f32;
-        for lead in self.free(model) {
+    pub(super) fn hold(&self, stride: Stride<'_>, state: &mut State) {
+        let step = stride.plan.length as f32;
+        for lead in self.free(stride.model) {
             state.velocities.set(lead.particle, lead.way(state, step) / step);
         }
     }
 
     /// Puts them there, and asks for those velocities again: forces have changed them.
-    pub(super) fn place(&self, model: &Model, state: &mut State, ends: &mut Vectors) {
-        let step = model.timing.step_length as f32;
-        for lead in self.free(model) {
+    pub(super) fn place(&self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors) {
+        let step = stride.plan.length as f32;
+        for lead in self.free(stride.model) {
             let way = lead.way(state, step);
             ends.set(lead.particle, state.positions.get(lead.particle) + way);
             state.velocities.set(lead.particle, way / step);
@@ -100,12 +101,13 @@ impl Hands {
     }
 
     /// Ends a step: where pins had to wait, they go on from where they are, and more slowly.
-    pub(super) fn finish(&mut self, model: &Model, ends: &Vectors, time: f64, held_back: bool) {
+    pub(super) fn finish(&mut self, stride: Stride<'_>, ends: &Vectors, time: f64, held_back: bool) {
         for shift in &mut self.shifts {
             shift.pace = if held_back { (shift.pace * PATIENCE).max(SLOWEST) } else { (shift.pace * COURAGE).min(1.0) };
-            let group = &model.pins[shift.group];
-            if let (true, Some(&particle)) = (held_back, group.particles.first()) {
-                shift.now = ends.get(particle as usize).as_dvec3() - group.position(0, time).as_dvec3();
+            let (model, paths) = (stride.model, &stride.inputs.pins);
+            if let (true, Some(&particle)) = (held_back, model.pins[shift.group].particles.first()) {
+                let on_path = paths.position(model, shift.group, 0, time);
+                shift.now = ends.get(particle as usize).as_dvec3() - on_path.as_dvec3();
             }
         }
     }

@@ -11,6 +11,7 @@ pub use hands::Hands;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::scene::FilterKind;
+use crate::schedule::{Plan, Stride};
 use crate::state::{Past, State};
 use strain_limit::StrainLimit;
 
@@ -34,10 +35,10 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// The filter that the model's solver asks for.
+    /// The filter that the model's solver asks for, set up for steps that are planned like this one.
     #[must_use]
-    pub fn new(model: &Model) -> Self {
-        Self { strain_limit: strain_limit::new(model), hands: Hands::default() }
+    pub fn new(model: &Model, plan: &Plan) -> Self {
+        Self { strain_limit: strain_limit::new(model, plan), hands: Hands::default() }
     }
 
     /// The hands.
@@ -47,20 +48,20 @@ impl Filter {
 }
 
 /// Gives what is held the velocity that its path or its hand asks for in this step.
-pub fn hold(model: &Model, state: &mut State, filter: &mut Filter) {
-    filter.hands.start(model.timing.step_length);
-    pins::hold(model, state, &filter.hands);
-    filter.hands.hold(model, state);
+pub fn hold(stride: Stride<'_>, state: &mut State, filter: &mut Filter) {
+    filter.hands.start(stride.plan.length);
+    pins::hold(stride, state, &filter.hands);
+    filter.hands.hold(stride, state);
 }
 
 /// Makes the step admissible: its ends [m], and the velocities that lead there.
-pub fn apply(model: &Model, state: &mut State, ends: &mut Vectors, filter: &mut Filter, pool: &Pool) -> Limited {
+pub fn apply(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, filter: &mut Filter, pool: &Pool) -> Limited {
     let Filter { strain_limit, hands } = filter;
-    pins::place(model, state, hands, ends);
-    hands.place(model, state, ends);
-    let limited = strain_limit.apply(model, state, ends, pool);
-    let end = (state.steps + 1) as f64 * model.timing.step_length;
-    hands.finish(model, ends, end, limited.held_back_pins > 0);
+    pins::place(stride, state, hands, ends);
+    hands.place(stride, state, ends);
+    let limited = strain_limit.apply(stride, state, ends, pool);
+    let end = state.clock.next(stride.plan.length).time();
+    hands.finish(stride, ends, end, limited.held_back_pins > 0);
     limited
 }
 
@@ -69,11 +70,12 @@ pub fn apply(model: &Model, state: &mut State, ends: &mut Vectors, filter: &mut 
 ///
 /// The state is taken for the end of a step that starts at rest, where the scene put the cloth, and that step is made admissible. A
 /// two-step integrator starts anew.
-pub fn admit(model: &Model, state: &mut State, filter: &mut Filter, pool: &Pool) {
+pub fn admit(stride: Stride<'_>, state: &mut State, filter: &mut Filter, pool: &Pool) {
+    let model = stride.model;
     if model.solver.filter != FilterKind::CoarseToFine {
         return;
     }
     let mut start = State::new(model);
-    filter.strain_limit.apply(model, &mut start, &mut state.positions, pool);
+    filter.strain_limit.apply(stride, &mut start, &mut state.positions, pool);
     state.past = Past::none(model);
 }

@@ -4,30 +4,31 @@ use glam::Vec3;
 
 use super::Hands;
 use crate::geometry::Vectors;
-use crate::model::Model;
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// Gives each held particle the velocity that takes it to its place at the end of the step.
-pub(super) fn hold(model: &Model, state: &mut State, hands: &Hands) {
-    let step = model.timing.step_length as f32;
-    for_each(model, state.steps, hands, |particle, end| {
-        let way = end - state.positions.get(particle);
+pub(super) fn hold(stride: Stride<'_>, state: &mut State, hands: &Hands) {
+    let (step, end) = (stride.plan.length as f32, state.clock.next(stride.plan.length).time());
+    for_each(stride, end, hands, |particle, place| {
+        let way = place - state.positions.get(particle);
         state.velocities.set(particle, way / step);
     });
 }
 
 /// Puts each held particle there.
-pub(super) fn place(model: &Model, state: &State, hands: &Hands, ends: &mut Vectors) {
-    for_each(model, state.steps, hands, |particle, end| ends.set(particle, end));
+pub(super) fn place(stride: Stride<'_>, state: &State, hands: &Hands, ends: &mut Vectors) {
+    let end = state.clock.next(stride.plan.length).time();
+    for_each(stride, end, hands, |particle, place| ends.set(particle, place));
 }
 
-/// Calls `work` with each held particle and its place at the end of the step [m].
-fn for_each(model: &Model, steps: u64, hands: &Hands, mut work: impl FnMut(usize, Vec3)) {
-    let end = (steps + 1) as f64 * model.timing.step_length;
+/// Calls `work` with each held particle and its place at the end of the step [m], which is at the time `end` [s].
+fn for_each(stride: Stride<'_>, end: f64, hands: &Hands, mut work: impl FnMut(usize, Vec3)) {
+    let Stride { model, inputs, .. } = stride;
     for (number, group) in model.pins.iter().enumerate() {
         let offset = hands.offset(number).as_vec3();
         for (index, &particle) in group.particles.iter().enumerate() {
-            work(particle as usize, group.position(index, end) + offset);
+            work(particle as usize, inputs.pins.position(model, number, index, end) + offset);
         }
     }
 }

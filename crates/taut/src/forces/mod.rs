@@ -15,11 +15,11 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk};
 use crate::model::{ClothRange, Model};
+use crate::schedule::Stride;
 use crate::state::{Moment, State};
-use internal::{Damper, Impulse, Workspace, curved_force};
+use internal::{Damper, Hooke, Impulse, Workspace, curved_force};
 
 pub use bending::bending_energy;
-pub(crate) use internal::{Hooke, RowConstants, Sums, Three, springs_of_row};
 pub use internal::{curved_energy, elastic_energy};
 pub(crate) use stiffness::Stiffness;
 
@@ -44,7 +44,7 @@ impl Forces {
         let zeros = || Vectors::zeros(model.particle_count());
         Self {
             acceleration: zeros(),
-            wind: wind::Wind::new(model),
+            wind: wind::Wind::default(),
             springs: Workspace::new(Hooke, model),
             dampers: Workspace::new(Damper, model),
             stage: zeros(),
@@ -60,24 +60,24 @@ impl Forces {
 }
 
 /// Gravity, drag and wind on a state: F_EXT / M.
-pub fn external(model: &Model, state: &State, forces: &mut Forces, pool: &Pool) {
-    external_at(model, state.moment(model), forces, pool);
+pub fn external(stride: Stride<'_>, state: &State, forces: &mut Forces, pool: &Pool) {
+    external_at(stride, state.moment(), forces, pool);
 }
 
-fn external_at(model: &Model, moment: Moment<'_>, forces: &mut Forces, pool: &Pool) {
-    forces.wind.prepare(model, moment, pool);
-    let wind = &forces.wind;
+fn external_at(stride: Stride<'_>, moment: Moment<'_>, forces: &mut Forces, pool: &Pool) {
+    forces.wind.prepare(stride, moment, pool);
+    let (wind, gravity) = (&forces.wind, stride.inputs.gravity.at(moment.time).as_vec3());
     forces.acceleration.for_each_chunk(pool, |mut chunk| {
-        gravity_and_drag(model, moment.velocities, &mut chunk);
-        wind.accelerate(model, &mut chunk);
+        gravity_and_drag(stride, gravity, moment.velocities, &mut chunk);
+        wind.accelerate(stride, &mut chunk);
     });
 }
 
 /// What would act in air at rest: (F_G + F_A) / M.
-fn gravity_and_drag(model: &Model, velocities: &Vectors, chunk: &mut VectorsChunk<'_>) {
+fn gravity_and_drag(stride: Stride<'_>, gravity: Vec3, velocities: &Vectors, chunk: &mut VectorsChunk<'_>) {
     let run = chunk.first..chunk.first + chunk.x.len();
-    let (drag, weights) = (&model.particles.air_drag[run.clone()], &model.particles.inverse_mass[run.clone()]);
-    let (step, gravity) = (model.timing.step_length as f32, model.gravity);
+    let (particles, step) = (&stride.model.particles, stride.plan.length as f32);
+    let (drag, weights) = (&particles.air_drag[run.clone()], &particles.inverse_mass[run.clone()]);
     let columns = [
         (&mut *chunk.x, &velocities.x, gravity.x),
         (&mut *chunk.y, &velocities.y, gravity.y),
@@ -113,13 +113,14 @@ impl WithSimd for GravityAndDrag<'_> {
 }
 
 /// All forces at one moment: (F_INT + F_EXT) / M.
-pub fn all(model: &Model, moment: Moment<'_>, forces: &mut Forces, pool: &Pool) {
-    inside_and_outside(model, moment, moment, forces, pool);
+pub fn all(stride: Stride<'_>, moment: Moment<'_>, forces: &mut Forces, pool: &Pool) {
+    inside_and_outside(stride, moment, moment, forces, pool);
 }
 
 /// F_INT at one moment and F_EXT at another: their sum / M.
-pub fn inside_and_outside(model: &Model, inside: Moment<'_>, outside: Moment<'_>, forces: &mut Forces, pool: &Pool) {
-    external_at(model, outside, forces, pool);
+pub fn inside_and_outside(stride: Stride<'_>, inside: Moment<'_>, outside: Moment<'_>, forces: &mut Forces, pool: &Pool) {
+    let model = stride.model;
+    external_at(stride, outside, forces, pool);
     let mut sum = std::mem::take(&mut forces.stage);
     for column in [&mut sum.x, &mut sum.y, &mut sum.z] {
         column.fill(0.0);
@@ -198,25 +199,25 @@ fn gather(
 
 /// What dampers would add to the velocities of a cloth over a whole step: `F_D / M h`.
 pub fn damping_gains(
-    model: &Model,
+    stride: Stride<'_>,
     cloth: &ClothRange,
     velocities: &Vectors,
     gains: &mut Vectors,
     forces: &mut Forces,
     pool: &Pool,
 ) {
-    let scale = model.timing.step_length as f32;
+    let scale = stride.plan.length as f32;
     let impulse = Impulse { field: velocities, other: velocities, out: gains, keep: 0.0, add: 0.0, scale };
-    impulse.apply(Damper, model, cloth, &mut forces.dampers, pool);
+    impulse.apply(Damper, stride.model, cloth, &mut forces.dampers, pool);
 }
 
 /// Dampers of some cloths over a whole step: `V += F_D / M h` if one stage is stable, or as many stages of a Runge-Kutta-Legendre method
 /// as make it stable (Meyer, Balsara & Aslam 2012, first order: s stages are stable for (s^2 + s) / 2 times the step).
-pub fn damp(model: &Model, cloths: &[ClothRange], velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
+pub fn damp(stride: Stride<'_>, cloths: &[ClothRange], velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
     let Forces { dampers, stage, .. } = forces;
-    let stages = model.timing.damping_stages as f32;
-    let part = 2.0 / (stages * stages + stages) * model.timing.step_length as f32;
-    for number in 1..=model.timing.damping_stages {
+    let stages = stride.plan.damping_stages as f32;
+    let part = 2.0 / (stages * stages + stages) * stride.plan.length as f32;
+    for number in 1..=stride.plan.damping_stages {
         if number == 1 {
             stage.copy_from(velocities);
         }
@@ -225,7 +226,7 @@ pub fn damp(model: &Model, cloths: &[ClothRange], velocities: &mut Vectors, forc
         let scale = if number == 1 { part } else { add * part };
         for cloth in cloths {
             let impulse = Impulse { field: velocities, other: velocities, out: stage, keep, add, scale };
-            impulse.apply(Damper, model, cloth, dampers, pool);
+            impulse.apply(Damper, stride.model, cloth, dampers, pool);
         }
         std::mem::swap(velocities, stage);
     }

@@ -11,12 +11,14 @@ use glam::{Vec3, Vec4};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::geometry::{Pool, Vectors, VectorsChunk, for_each_chunk, sine_of_turns};
-use crate::model::{Air, Model, Panels, Resistance, Wave};
+use crate::inputs::{Air, OCTAVES, Wave};
+use crate::model::{Model, Panels, Resistance};
 use crate::scene::{WindLaw, WindModel};
+use crate::schedule::Stride;
 use crate::state::Moment;
 
-/// What two first passes leave for the particles to gather; empty without wind.
-#[derive(Debug)]
+/// What two first passes leave for the particles to gather; empty before there is wind.
+#[derive(Debug, Default)]
 pub(super) struct Wind {
     /// Velocity of each particle relative to the air around it [m/s].
     relative: Vectors,
@@ -24,7 +26,7 @@ pub(super) struct Wind {
     /// long that is.
     panels: Vec<Vec4>,
     /// Phase of each gust wave at the time of the step [turns].
-    phases: Vec<f32>,
+    phases: [f32; OCTAVES],
     /// What gives way to an impulse on each panel [kg]; infinite where all corners are held.
     inertia: Vec<f32>,
     /// Which lines of [`LANES`] panels have corners that stand side by side, as in a row of a grid ..
@@ -34,16 +36,13 @@ pub(super) struct Wind {
 }
 
 impl Wind {
-    pub(super) fn new(model: &Model) -> Self {
-        let (particles, panels, waves) = match &model.air {
-            Some(air) => (model.particle_count(), model.panels.corners.len(), air.waves.len()),
-            None => (0, 0, 0),
-        };
+    fn new(model: &Model) -> Self {
+        let (particles, panels) = (model.particle_count(), model.panels.corners.len());
         let Panels { corners, around, .. } = &model.panels;
         Self {
             relative: Vectors::zeros(particles),
             panels: vec![Vec4::ZERO; panels],
-            phases: vec![0.0; waves],
+            phases: [0.0; OCTAVES],
             inertia: (0..panels).map(|panel| inertia_of_panel(model, panel)).collect(),
             panels_in_row: lines_in_row(panels, |panel| Some(corners[panel])),
             particles_in_row: lines_in_row(particles, |particle| around.of(particle).try_into().ok()),
@@ -51,8 +50,11 @@ impl Wind {
     }
 
     /// First passes: the relative velocities, then a value for each panel.
-    pub(super) fn prepare(&mut self, model: &Model, moment: Moment<'_>, pool: &Pool) {
-        let Some(air) = &model.air else { return };
+    pub(super) fn prepare(&mut self, stride: Stride<'_>, moment: Moment<'_>, pool: &Pool) {
+        let (model, Some(air)) = (stride.model, &stride.inputs.air) else { return };
+        if self.relative.is_empty() {
+            *self = Self::new(model);
+        }
         let time = moment.time;
         for (phase, wave) in self.phases.iter_mut().zip(&air.waves) {
             *phase = (wave.phase - wave.turns_per_second * time).rem_euclid(1.0) as f32;
@@ -61,15 +63,15 @@ impl Wind {
         self.relative.for_each_chunk(pool, |mut chunk| relative_velocity(&mut chunk, air, phases, moment));
         let mut panels = std::mem::take(&mut self.panels);
         for_each_chunk(&mut panels, pool, |first, shares| {
-            Arch::new().dispatch(OfPanels { model, air, positions: moment.positions, wind: self, first, shares });
+            Arch::new().dispatch(OfPanels { stride, air, positions: moment.positions, wind: self, first, shares });
         });
         self.panels = panels;
     }
 
     /// Second pass: adds what the wind does to some particles, F_W / M [m/s^2].
-    pub(super) fn accelerate(&self, model: &Model, chunk: &mut VectorsChunk<'_>) {
-        if let Some(air) = &model.air {
-            Arch::new().dispatch(OnParticles { model, air, wind: self, chunk });
+    pub(super) fn accelerate(&self, stride: Stride<'_>, chunk: &mut VectorsChunk<'_>) {
+        if let Some(air) = &stride.inputs.air {
+            Arch::new().dispatch(OnParticles { stride, air, wind: self, chunk });
         }
     }
 
@@ -286,7 +288,7 @@ impl Obstacles {
 
 /// What each corner gets of some panels: their area vectors [m^2] or the forces on them [N].
 struct OfPanels<'a> {
-    model: &'a Model,
+    stride: Stride<'a>,
     air: &'a Air,
     positions: &'a Vectors,
     wind: &'a Wind,
@@ -300,8 +302,8 @@ impl WithSimd for OfPanels<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { model, air, positions, wind, first, shares } = self;
-        let per_step = 1.0 / model.timing.step_length as f32;
+        let Self { stride: Stride { model, plan, .. }, air, positions, wind, first, shares } = self;
+        let per_step = 1.0 / plan.length as f32;
         let mut obstacles = Obstacles::default();
         let mut share_of = [0.0; LANES];
         for (line, shares) in shares.chunks_mut(LANES).enumerate() {
@@ -353,7 +355,7 @@ fn set_area_vectors(vectors: &mut [Lanes; 3], [x, y, z]: &[[Lanes; 4]; 3]) {
 
 /// What the wind does to some particles.
 struct OnParticles<'a, 'b> {
-    model: &'a Model,
+    stride: Stride<'a>,
     air: &'a Air,
     wind: &'a Wind,
     chunk: &'a mut VectorsChunk<'b>,
@@ -364,8 +366,8 @@ impl WithSimd for OnParticles<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { model, air, wind, chunk: VectorsChunk { first, x, y, z } } = self;
-        let per_step = 1.0 / model.timing.step_length as f32;
+        let Self { stride: Stride { model, plan, .. }, air, wind, chunk: VectorsChunk { first, x, y, z } } = self;
+        let per_step = 1.0 / plan.length as f32;
         let mut obstacles = Obstacles::default();
         let lines = x.chunks_mut(LANES).zip(y.chunks_mut(LANES)).zip(z.chunks_mut(LANES));
         for (line, ((x, y), z)) in lines.enumerate() {

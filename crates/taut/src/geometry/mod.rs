@@ -14,7 +14,7 @@ pub use functions::{cbrt, exp2, hypot, power, turn};
 pub use parallel::{CHUNK, Pool, for_each_chunk, sum_of_chunks, sum_over_chunks};
 pub use quads::{by_axis, by_vector, fill_quads};
 pub use registers::lanes;
-pub use rows::{Block, LINE, Rows, SharedRows, copy_column, fill_column, register, registers, set_registers};
+pub use rows::{Block, LINE, Rows, fill_column, register, registers, set_registers};
 pub use rsqrt::{reciprocal_sqrt, reciprocal_sqrts};
 pub use sine::sine_of_turns;
 pub use vectors::{SharedVectors, Vectors, VectorsChunk};

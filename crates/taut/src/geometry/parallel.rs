@@ -43,16 +43,6 @@ impl Pool {
         }
     }
 
-    /// Runs `work(thread, threads)` on each thread, all at the same time: one may wait for another.
-    pub fn on_each_thread(&self, work: impl Fn(usize, usize) + Sync) {
-        match &self.workers {
-            Some(workers) => {
-                workers.broadcast(|context| work(context.index(), context.num_threads()));
-            }
-            None => work(0, 1),
-        }
-    }
-
     /// Whether a loop over `len` elements is worth handing to several threads.
     #[must_use]
     pub fn pays_for(&self, len: usize) -> bool {

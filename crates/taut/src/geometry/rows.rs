@@ -1,8 +1,6 @@
 //! Rows of several columns of numbers, block by block: a cache line of the first column, one of the second and so on, then
 //! the next block. All that is known of one particle is found from one address, and every vector register is within a line.
 
-use std::marker::PhantomData;
-
 use pulp::Simd;
 
 /// Numbers in a cache line, and in the longest vector register.
@@ -19,7 +17,6 @@ pub struct Rows<const N: usize> {
     offset: usize,
     /// Blocks in a row.
     blocks: usize,
-    rows: usize,
 }
 
 /// Register `i` of a column: numbers `i LANES` and following.
@@ -63,17 +60,6 @@ pub fn fill_column<const N: usize>(row: &mut [Block<N>], column: usize, numbers:
     }
 }
 
-/// Copies numbers out of a column.
-#[inline(always)]
-pub fn copy_column<const N: usize>(row: &[Block<N>], column: usize, numbers: &mut [f32]) {
-    let (lines, rest) = numbers.as_chunks_mut::<LINE>();
-    let (full, partial) = row.split_at(lines.len());
-    full.iter().zip(lines).for_each(|(block, line)| *line = block[column]);
-    if let Some(block) = partial.first() {
-        rest.copy_from_slice(&block[column][..rest.len()]);
-    }
-}
-
 impl<const N: usize> Rows<N> {
     /// So many rows of zeros, for so many numbers in a column.
     #[must_use]
@@ -81,7 +67,7 @@ impl<const N: usize> Rows<N> {
         let blocks = columns.div_ceil(LINE);
         let data = vec![0.0; rows * blocks * N * LINE + LINE - 1];
         let offset = data.as_ptr().align_offset(LINE * size_of::<f32>()).min(LINE - 1);
-        Self { data, offset, blocks, rows }
+        Self { data, offset, blocks }
     }
 
     /// A row.
@@ -105,56 +91,13 @@ impl<const N: usize> Rows<N> {
         self.data[self.offset + row * length..][..length].as_chunks_mut::<LINE>().0.as_chunks_mut::<N>().0
     }
 
-    /// Access from several threads that promise not to write what another one touches.
-    pub fn shared(&mut self) -> SharedRows<'_, N> {
-        let Self { offset, blocks, rows, .. } = *self;
-        SharedRows { first: self.data[offset..].as_mut_ptr().cast(), blocks, rows, owner: PhantomData }
-    }
-}
-
-/// [`Rows`] that several threads use at once.
-#[derive(Clone, Copy)]
-pub struct SharedRows<'a, const N: usize> {
-    first: *mut Block<N>,
-    blocks: usize,
-    rows: usize,
-    owner: PhantomData<&'a mut Rows<N>>,
-}
-
-// SAFETY: the pointer is valid for as long as 'a borrows the rows mutably; that no thread writes what another one touches
-// is the condition under which rows may be asked for.
-unsafe impl<const N: usize> Send for SharedRows<'_, N> {}
-// SAFETY: as above.
-unsafe impl<const N: usize> Sync for SharedRows<'_, N> {}
-
-impl<'a, const N: usize> SharedRows<'a, N> {
-    /// A row.
-    ///
-    /// # Safety
-    /// Nobody writes it as long as the slice is used.
+    /// The first `K` rows, to be written.
     ///
     /// # Panics
     /// If there are not so many.
     #[inline(always)]
-    #[must_use]
-    pub unsafe fn row(&self, row: usize) -> &'a [Block<N>] {
-        assert!(row < self.rows);
-        // SAFETY: the row is there; the caller keeps writers away.
-        unsafe { std::slice::from_raw_parts(self.first.add(row * self.blocks), self.blocks) }
-    }
-
-    /// A row, to be written.
-    ///
-    /// # Safety
-    /// Nobody else touches it as long as the slice is used.
-    ///
-    /// # Panics
-    /// If there are not so many.
-    #[inline(always)]
-    #[must_use]
-    pub unsafe fn row_mut(&self, row: usize) -> &'a mut [Block<N>] {
-        assert!(row < self.rows);
-        // SAFETY: the row is there; the caller keeps all others away.
-        unsafe { std::slice::from_raw_parts_mut(self.first.add(row * self.blocks), self.blocks) }
+    pub fn first_mut<const K: usize>(&mut self) -> [&mut [Block<N>]; K] {
+        let mut rows = self.data[self.offset..].chunks_exact_mut(self.blocks * N * LINE);
+        std::array::from_fn(|_| rows.next().expect("so many rows").as_chunks_mut::<LINE>().0.as_chunks_mut::<N>().0)
     }
 }

@@ -4,12 +4,14 @@ mod grid;
 
 use std::ops::Range;
 
+use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::filter::Limited;
 use crate::forces::{bending_energy, curved_energy, elastic_energy};
 use crate::geometry::{CHUNK, Pool, Vectors};
+use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::state::{State, longest_of, measure_squares};
 use grid::{Band, GridSprings};
@@ -128,10 +130,13 @@ pub fn glance(model: &Model, state: &State, health: &mut Health, pool: &Pool) ->
 }
 
 /// Examines a state.
-pub fn inspect(model: &Model, state: &State, health: &mut Health, pool: &Pool) -> StateReport {
+pub fn inspect(model: &Model, state: &State, inputs: &Inputs, health: &mut Health, pool: &Pool) -> StateReport {
+    let gravity = inputs.gravity.at(state.time()).as_vec3();
     let (worst_stretch, worst_spring) = health.measure(model, state, true, pool);
     let Health { bands, chunks, particles, .. } = health;
-    for_each_part(particles, pool.pays_for(model.particle_count()), |chunk, part| *part = particles_of(chunk, model, state));
+    for_each_part(particles, pool.pays_for(model.particle_count()), |chunk, part| {
+        *part = particles_of(chunk, model, state, gravity)
+    });
     let elastic_energy = bands.iter().map(|band| band.elastic).chain(chunks.iter().map(|(_, part)| part.elastic)).sum();
     let mut report = StateReport { worst_stretch, worst_spring, elastic_energy, ..StateReport::default() };
     for part in particles {
@@ -217,10 +222,10 @@ impl WithSimd for Elastic<'_> {
     }
 }
 
-fn particles_of(chunk: usize, model: &Model, state: &State) -> ParticlePart {
+fn particles_of(chunk: usize, model: &Model, state: &State, gravity: Vec3) -> ParticlePart {
     let run = chunk * CHUNK..model.particle_count().min((chunk + 1) * CHUNK);
     let finite = |particle: &usize| state.positions.get(*particle).is_finite() && state.velocities.get(*particle).is_finite();
-    let mut part = Arch::new().dispatch(Energies { model, state, run: run.clone() });
+    let mut part = Arch::new().dispatch(Energies { model, state, gravity, run: run.clone() });
     if !part.kinetic.is_finite() || !part.potential.is_finite() {
         part.non_finite = run.clone().find(|particle| !finite(particle)).map(|particle| particle as u32);
     }
@@ -235,6 +240,7 @@ fn particles_of(chunk: usize, model: &Model, state: &State) -> ParticlePart {
 struct Energies<'a> {
     model: &'a Model,
     state: &'a State,
+    gravity: Vec3,
     run: Range<usize>,
 }
 
@@ -243,12 +249,12 @@ impl WithSimd for Energies<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> ParticlePart {
-        let Self { model, state: State { positions, velocities, .. }, run } = self;
+        let Self { model, state: State { positions, velocities, .. }, gravity, run } = self;
         let particles = &model.particles;
         let axes = [
-            (&positions.x, &velocities.x, model.gravity.x),
-            (&positions.y, &velocities.y, model.gravity.y),
-            (&positions.z, &velocities.z, model.gravity.z),
+            (&positions.x, &velocities.x, gravity.x),
+            (&positions.y, &velocities.y, gravity.y),
+            (&positions.z, &velocities.z, gravity.z),
         ];
         let mut part = ParticlePart::default();
         for (positions, velocities, gravity) in axes {

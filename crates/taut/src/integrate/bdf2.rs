@@ -1,9 +1,10 @@
 //! The backward differences of second order (Choi & Ko, *Stable but responsive cloth*, 2002, section 4), linearised.
 //!
-//! With D and E for what the last step added to X and V, and b = 2 h / 3,
-//! `V' = V + E / 3 + F(X', V') b / M`, `X' = X + D / 3 + V' b`. Order 2, stable for springs, bending and dampers at any step; it
+//! With D and E for what the last step added to X and V, r for this step's length over the last one's, a = r^2 / (1 + 2 r) and
+//! b = (1 + r) / (1 + 2 r) h, `V' = V + a E + F(X', V') b / M`, `X' = X + a D + V' b`; among equal steps a = 1/3 and b = 2 h / 3.
+//! Order 2, stable for springs, bending and dampers at any step; it
 //! damps much less than backward Euler what is slower than the step. D and E are part of the state; without them (both zero: at
-//! the start, or where a state was set) a step is one of backward Euler, `V' = V + F(X', V') h / M`, `X' = X + V' h`.
+//! the start, or where a state was set; or where steps grow too fast) a step is one of backward Euler, `V' = V + F(X', V') h / M`, `X' = X + V' h`.
 //!
 //! *Where the forces are linear.* Springs, bending and dampers around the beginning of the step, as in the paper. That needs exact
 //! derivatives for order 2, and those of compressed springs are not. (Around what the last step points to, inexact ones would do,
@@ -27,10 +28,27 @@ pub(super) struct Bdf2 {
     drift: Vectors,
 }
 
+/// Steps may not grow faster than this from one to the next, or the method starts anew: beyond 1 + sqrt(2) it is not stable [1].
+const FASTEST_GROWTH: f64 = 2.0;
+
 /// How much the last step counts, and b [s].
 struct Weights {
     last: f32,
     reach: f64,
+    /// The step as a part of the last one [1].
+    ratio: f32,
+}
+
+impl Weights {
+    /// For a step of `length` seconds after the last one.
+    fn new(past: &Past, length: f64) -> Self {
+        let ratio = length / past.length;
+        if past.is_blank() || !(0.0..=FASTEST_GROWTH).contains(&ratio) {
+            return Self { last: 0.0, reach: length, ratio: 1.0 };
+        }
+        let sum = 1.0 + 2.0 * ratio;
+        Self { last: (ratio * ratio / sum) as f32, reach: (1.0 + ratio) / sum * length, ratio: ratio as f32 }
+    }
 }
 
 impl Bdf2 {
@@ -43,21 +61,17 @@ impl Bdf2 {
 
 impl Method for Bdf2 {
     fn propose(&mut self, step: Step<'_>, forces: &mut Forces, pool: &Pool) -> u32 {
-        let Step { model, state, ends } = step;
-        let (all, length, start) = (0..model.particle_count(), model.timing.step_length, state.time(model));
-        let weights = if state.past.is_blank() {
-            Weights { last: 0.0, reach: length }
-        } else {
-            Weights { last: 1.0 / 3.0, reach: 2.0 / 3.0 * length }
-        };
-        let State { positions, velocities, past: Past { displacements, gains }, .. } = state;
+        let Step { stride, state, ends } = step;
+        let (all, length, start) = (0..stride.model.particle_count(), stride.plan.length, state.time());
+        let weights = Weights::new(&state.past, length);
+        let State { positions, velocities, past: Past { displacements, gains, .. }, .. } = state;
         let Self { systems, ahead, drift } = self;
         // Where the last step points to.
         ahead.set_scaled(all.clone(), positions, velocities, length as f32, pool);
-        drift.set_scaled(all.clone(), velocities, gains, 1.0, pool);
+        drift.set_scaled(all.clone(), velocities, gains, weights.ratio, pool);
         let outside = Moment { positions: ahead, velocities: drift, time: start + length };
-        forces::inside_and_outside(model, Moment { positions, velocities, time: start }, outside, forces, pool);
-        // (D / 3 + V b) / b: how fast everything would go on.
+        forces::inside_and_outside(stride, Moment { positions, velocities, time: start }, outside, forces, pool);
+        // (D a + V b) / b: how fast everything would go on.
         drift.set_scaled(all.clone(), velocities, displacements, weights.last / weights.reach as f32, pool);
         let mut passes = 1;
         for system in systems {

@@ -4,163 +4,151 @@
 //! Where the filter looks at several steps of the springs at once, leapfrog inside its step: its energy has no term in X V, so
 //! that what dampers and filters take from V is always taken from the energy.
 
-use super::wave::{self, Wave};
 use super::{MassScaling, Method, Step};
 use crate::forces::{self, Forces};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
+use crate::schedule::{Plan, Stride};
 use crate::state::State;
 
 /// One of the equal parts of a step: forces kick velocities, positions drift.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Part {
+struct Part {
     /// How long forces act [s].
-    pub kick: f32,
+    kick: f32,
     /// How long positions drift after that [s]: the second half of this part and the first half of the next one.
-    pub after: f32,
+    after: f32,
 }
 
-/// The parts of a step, and the workspace to go through them.
+/// The parts of a step of some length.
+#[derive(Debug, Clone, Copy)]
+struct Parts {
+    count: u32,
+    /// How long each of them is, and half of it where there are several [s].
+    length: f32,
+    half: f32,
+}
+
+/// The workspace to go through the parts of a step.
 pub(super) struct Euler {
-    /// How long positions drift before the first part [s].
-    before: f32,
-    parts: Vec<Part>,
+    /// The step that it is set up for.
+    plan: Plan,
     /// Where springs see particles, if they look ahead [m].
     seen: Vectors,
-    /// Those of the model's lattices that go through all parts.
-    waves: Vec<Wave>,
-    /// For cloths that take fewer parts.
-    scaled: Option<Scaled>,
-}
-
-/// Steps with scaled masses.
-struct Scaled {
-    before: f32,
-    parts: Vec<Part>,
-    /// How far ahead springs look [s].
-    ahead: f32,
-    /// Those of each cloth, if they are scaled.
+    /// For cloths that take fewer parts: the scaled masses of each that can have any.
     masses: Vec<Option<MassScaling>>,
-    /// What velocities would gain with the masses as they are [m/s].
+    /// What velocities would gain with the masses as they are [m/s]; empty without scaled ones.
     gains: Vectors,
 }
 
 impl Euler {
-    pub fn new(model: &Model, threads: usize) -> Self {
-        let (before, parts) = parts(model.timing.step_length, model.timing.spring_steps);
-        let scaled = Scaled::new(model);
-        let waves = if scaled.is_some() { &[][..] } else { &model.lattices };
-        let waves = waves.iter().map(|lattice| Wave::new(model, lattice, parts.len(), threads)).collect();
-        Self { before, parts, seen: Vectors::zeros(model.particle_count()), waves, scaled }
+    pub fn new(model: &Model, plan: &Plan) -> Self {
+        let mut euler = Self {
+            plan: Plan::default(),
+            seen: Vectors::zeros(model.particle_count()),
+            masses: model.cloths.iter().map(|_| None).collect(),
+            gains: Vectors::default(),
+        };
+        euler.set_up(model, plan);
+        euler
+    }
+
+    /// Gets ready for steps that are planned like this one.
+    fn set_up(&mut self, model: &Model, plan: &Plan) {
+        if *plan == self.plan {
+            return;
+        }
+        self.plan = *plan;
+        for (cloth, masses) in model.cloths.iter().zip(&mut self.masses) {
+            let Some(timing) = plan.scaled(cloth) else { continue };
+            match masses {
+                Some(masses) => masses.share_out(cloth, timing),
+                None => *masses = MassScaling::new(model, cloth, timing),
+            }
+        }
+        if self.gains.is_empty() && plan.scaled.is_some() {
+            self.gains = Vectors::zeros(model.particle_count());
+        }
     }
 }
 
-impl Scaled {
-    fn new(model: &Model) -> Option<Self> {
-        let timing = model.timing.scaled?;
-        let (before, parts) = parts(model.timing.step_length, timing.parts);
-        let masses = model.cloths.iter().map(|cloth| MassScaling::new(model, cloth)).collect();
-        let (ahead, gains) = (timing.springs_ahead as f32, Vectors::zeros(model.particle_count()));
-        Some(Self { before, parts, ahead, masses, gains })
+impl Parts {
+    /// `count` equal parts of a step of `step` seconds.
+    fn new(step: f64, count: u32) -> Self {
+        let length = (step / f64::from(count)) as f32;
+        Self { count, length, half: if count > 1 { 0.5 * length } else { 0.0 } }
     }
-}
 
-fn parts(step: f64, count: u32) -> (f32, Vec<Part>) {
-    let length = (step / f64::from(count)) as f32;
-    let half = if count > 1 { 0.5 * length } else { 0.0 };
-    let part = |part| Part { kick: length, after: if part + 1 == count { length - half } else { length } };
-    (half, (0..count).map(part).collect())
+    fn iter(self) -> impl Iterator<Item = Part> {
+        let Self { count, length, half } = self;
+        (1..=count).map(move |part| Part { kick: length, after: if part == count { length - half } else { length } })
+    }
 }
 
 impl Method for Euler {
     /// What acts from outside and the dampers are looked at once.
     fn propose(&mut self, step: Step<'_>, forces: &mut Forces, pool: &Pool) -> u32 {
-        let Step { model, state, ends } = step;
-        forces::external(model, state, forces, pool); // x, v -> a
-        self.damp(model, &mut state.velocities, forces, pool); // v -> v
-        for (index, cloth) in model.cloths.iter().enumerate() {
-            match &mut self.scaled {
-                Some(scaled) if scaled.masses[index].is_some() => {
-                    scaled.go_through_parts(model, index, state, ends, &mut self.seen, forces, pool);
-                }
-                _ => self.go_through_parts(model, cloth, state, ends, forces, pool), // x, v, a -> x*, v*
-            }
+        let Step { stride, state, ends } = step;
+        let Stride { model, plan, .. } = stride;
+        self.set_up(model, plan);
+        forces::external(stride, state, forces, pool); // x, v -> a
+        self.damp(stride, &mut state.velocities, forces, pool); // v -> v
+        for index in 0..model.cloths.len() {
+            self.go_through_parts(stride, index, state, ends, forces, pool); // x, v, a -> x*, v*
         }
-        model.cloths.iter().map(|cloth| model.parts(cloth)).max().unwrap_or_default()
+        model.cloths.iter().map(|cloth| plan.parts(cloth)).max().unwrap_or_default()
     }
 }
 
 impl Euler {
-    fn damp(&mut self, model: &Model, velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
-        let Some(Scaled { masses, gains, .. }) = &mut self.scaled else {
-            return forces::damp(model, &model.cloths, velocities, forces, pool);
-        };
-        if model.timing.damping_stages == 0 {
+    fn damp(&mut self, stride: Stride<'_>, velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
+        let Stride { model, plan, .. } = stride;
+        if plan.scaled.is_none() {
+            return forces::damp(stride, &model.cloths, velocities, forces, pool);
+        }
+        if plan.damping_stages == 0 {
             return;
         }
+        let Self { masses, gains, .. } = self;
         for (cloth, masses) in model.cloths.iter().zip(masses) {
-            match masses.as_mut().filter(|masses| masses.scale_dampers()) {
+            match masses.as_mut().filter(|masses| plan.scaled(cloth).is_some() && masses.scale_dampers()) {
                 Some(masses) => {
-                    forces::damping_gains(model, cloth, velocities, gains, forces, pool);
+                    forces::damping_gains(stride, cloth, velocities, gains, forces, pool);
                     masses.add_damping(gains, velocities, pool);
                 }
-                None => forces::damp(model, std::slice::from_ref(cloth), velocities, forces, pool),
+                None => forces::damp(stride, std::slice::from_ref(cloth), velocities, forces, pool),
             }
         }
     }
 
-    /// Springs, bending and the acceleration from outside.
+    /// Springs, bending and the acceleration from outside, for one of the cloths.
     fn go_through_parts(
         &mut self,
-        model: &Model,
-        cloth: &ClothRange,
-        state: &mut State,
-        ends: &mut Vectors,
-        forces: &mut Forces,
-        pool: &Pool,
-    ) {
-        let State { positions, velocities, .. } = state;
-        let ahead = model.timing.springs_ahead as f32;
-        let Self { before, parts, seen, waves, .. } = self;
-        let (before, particles) = (*before, cloth.particles());
-        match cloth.lattice {
-            Some(lattice) if cloth.linked.is_none() && !cloth.curved && !cloth.bends => {
-                let (lattice, wave) = (&model.lattices[lattice], &mut waves[lattice]);
-                let acceleration = forces.acceleration();
-                wave.run(wave::Step { lattice, before, parts, ahead, acceleration, positions, ends, velocities }, pool);
-            }
-            _ => {
-                ends.set_scaled(particles.clone(), positions, velocities, before, pool);
-                for part in &*parts {
-                    let springs_see = look_ahead(seen, ends, cloth, velocities, ahead, pool);
-                    forces::kick(model, cloth, springs_see, velocities, part.kick, forces, pool);
-                    ends.add_scaled(particles.clone(), velocities, part.after, pool);
-                }
-            }
-        }
-    }
-}
-
-impl Scaled {
-    #[expect(clippy::too_many_arguments, reason = "the parts of a step that both ways of taking it share")]
-    fn go_through_parts(
-        &mut self,
-        model: &Model,
+        stride: Stride<'_>,
         index: usize,
         state: &mut State,
         ends: &mut Vectors,
-        seen: &mut Vectors,
         forces: &mut Forces,
         pool: &Pool,
     ) {
+        let Stride { model, plan, .. } = stride;
         let State { positions, velocities, .. } = state;
-        let (cloth, Some(masses)) = (&model.cloths[index], &mut self.masses[index]) else { return };
+        let Self { seen, masses, gains, .. } = self;
+        let cloth = &model.cloths[index];
         let particles = cloth.particles();
-        ends.set_scaled(particles.clone(), positions, velocities, self.before, pool);
-        for part in &self.parts {
-            let springs_see = look_ahead(seen, ends, cloth, velocities, self.ahead, pool);
-            forces::gains(model, cloth, springs_see, &mut self.gains, part.kick, forces, pool);
-            masses.add(&self.gains, velocities, pool);
+        let timing = plan.scaled(cloth);
+        let ahead = timing.map_or(plan.springs_ahead, |timing| timing.springs_ahead) as f32;
+        let parts = Parts::new(plan.length, plan.parts(cloth));
+        ends.set_scaled(particles.clone(), positions, velocities, parts.half, pool);
+        for part in parts.iter() {
+            let springs_see = look_ahead(seen, ends, cloth, velocities, ahead, pool);
+            match masses[index].as_mut().filter(|_| timing.is_some()) {
+                Some(masses) => {
+                    forces::gains(model, cloth, springs_see, gains, part.kick, forces, pool);
+                    masses.add(gains, velocities, pool);
+                }
+                None => forces::kick(model, cloth, springs_see, velocities, part.kick, forces, pool),
+            }
             ends.add_scaled(particles.clone(), velocities, part.after, pool);
         }
     }

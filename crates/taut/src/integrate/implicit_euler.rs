@@ -26,9 +26,9 @@ impl ImplicitEuler {
 
 impl Method for ImplicitEuler {
     fn propose(&mut self, step: Step<'_>, forces: &mut Forces, pool: &Pool) -> u32 {
-        let Step { model, state, ends } = step;
-        let length = model.timing.step_length;
-        forces::all(model, state.moment(model), forces, pool);
+        let Step { stride, state, ends } = step;
+        let (all, length) = (0..stride.model.particle_count(), stride.plan.length);
+        forces::all(stride, state.moment(), forces, pool);
         let State { positions, velocities, .. } = state;
         let mut passes = 1;
         for system in &mut self.systems {
@@ -36,8 +36,8 @@ impl Method for ImplicitEuler {
             passes += system.solve(|own, particle| own.force(forces, particle) + own.pull_of(velocities, particle), pool);
             system.write_changes(&mut self.changes, pool);
         }
-        velocities.add_scaled(0..model.particle_count(), &self.changes, 1.0, pool);
-        ends.set_scaled(0..model.particle_count(), positions, velocities, length as f32, pool);
+        velocities.add_scaled(all.clone(), &self.changes, 1.0, pool);
+        ends.set_scaled(all, positions, velocities, length as f32, pool);
         passes
     }
 }

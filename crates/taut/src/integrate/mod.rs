@@ -14,15 +14,15 @@ mod momentum;
 mod rk4;
 mod runge_kutta;
 mod verlet;
-mod wave;
 
 use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::scene::IntegratorKind;
+use crate::schedule::{Plan, Stride};
 use crate::state::State;
 use bdf2::Bdf2;
-use euler::{Euler, Part};
+use euler::Euler;
 use implicit_euler::ImplicitEuler;
 use linear_system::LinearSystem;
 use mass_scaling::MassScaling;
@@ -38,7 +38,7 @@ trait Method: Send {
 
 /// A step to be proposed; what is held has the velocity of its path.
 struct Step<'a> {
-    model: &'a Model,
+    stride: Stride<'a>,
     state: &'a mut State,
     /// X* [m].
     ends: &'a mut Vectors,
@@ -51,13 +51,13 @@ pub struct Integrator {
 }
 
 impl Integrator {
-    /// The integrator that the model's solver asks for, on so many threads.
+    /// The integrator that the model's solver asks for, set up for steps that are planned like this one.
     #[must_use]
-    pub fn new(model: &Model, threads: usize) -> Self {
+    pub fn new(model: &Model, plan: &Plan) -> Self {
         Self {
             momentum: Momentum::new(model),
             method: match model.solver.integrator {
-                IntegratorKind::Euler => Box::new(Euler::new(model, threads)),
+                IntegratorKind::Euler => Box::new(Euler::new(model, plan)),
                 IntegratorKind::ForwardEuler => Box::new(RungeKutta::new(model, forward_euler::TABLEAU)),
                 IntegratorKind::Midpoint => Box::new(RungeKutta::new(model, midpoint::TABLEAU)),
                 IntegratorKind::Rk4 => Box::new(RungeKutta::new(model, rk4::TABLEAU)),
@@ -72,23 +72,25 @@ impl Integrator {
 /// A step of positions and velocities under all forces: from `state` to `ends` and new velocities. Returns how often all
 /// springs were looked at.
 pub fn propose(
-    model: &Model,
+    stride: Stride<'_>,
     state: &mut State,
     ends: &mut Vectors,
     forces: &mut Forces,
     integrator: &mut Integrator,
     pool: &Pool,
 ) -> u32 {
-    integrator.momentum.note(model, state);
-    integrator.method.propose(Step { model, state, ends }, forces, pool)
+    integrator.momentum.note(stride.model, state);
+    integrator.method.propose(Step { stride, state, ends }, forces, pool)
 }
 
 /// The step has been admitted: its ends are the new positions, and the old ones are its ends.
-pub fn advance(model: &Model, state: &mut State, ends: &mut Vectors, forces: &Forces, integrator: &Integrator, pool: &Pool) {
-    integrator.momentum.keep(model, state, forces.acceleration());
+pub fn advance(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, forces: &Forces, integrator: &Integrator, pool: &Pool) {
+    let Stride { model, plan, .. } = stride;
+    integrator.momentum.keep(stride, state, forces.acceleration());
     std::mem::swap(&mut state.positions, ends);
-    state.steps += 1;
+    state.clock = state.clock.next(plan.length);
     if model.solver.integrator.remembers() {
         state.past.displacements.set_scaled(0..model.particle_count(), &state.positions, ends, -1.0, pool);
+        state.past.length = plan.length;
     }
 }

@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 use crate::geometry::Vectors;
 use crate::model::{ClothRange, Model};
 use crate::scene::IntegratorKind;
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// Differences up to this part of the sum of all M |V| are rounding; larger ones have a reason, such as a hand that pulls.
@@ -37,11 +38,11 @@ impl Momentum {
     }
 
     /// Gives back what is missing after the step, in which `acceleration` [m/s^2] acted from outside.
-    pub fn keep(&self, model: &Model, state: &mut State, acceleration: &Vectors) {
-        let velocities = &mut state.velocities;
+    pub fn keep(&self, stride: Stride<'_>, state: &mut State, acceleration: &Vectors) {
+        let (model, velocities) = (stride.model, &mut state.velocities);
         for &(cloth, before) in &self.free {
             let cloth = &model.cloths[cloth];
-            let missing = before + sum(model, cloth, acceleration) * model.timing.step_length - sum(model, cloth, velocities);
+            let missing = before + sum(model, cloth, acceleration) * stride.plan.length - sum(model, cloth, velocities);
             let masses = &model.particles.mass;
             let size: f64 = cloth.particles().map(|at| f64::from(masses[at] * velocities.get(at).length())).sum();
             // Also false where a velocity is not finite, which will be reported.

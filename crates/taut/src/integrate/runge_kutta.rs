@@ -41,9 +41,9 @@ impl RungeKutta {
 
 impl Method for RungeKutta {
     fn propose(&mut self, step: Step<'_>, forces: &mut Forces, pool: &Pool) -> u32 {
-        let Step { model, state, ends } = step;
+        let Step { stride, state, ends } = step;
         let Self { stages, positions, velocities, way, gain } = self;
-        let (all, length, start) = (0..model.particle_count(), model.timing.step_length, state.time(model));
+        let (all, length, start) = (0..stride.model.particle_count(), stride.plan.length, state.time());
         let State { positions: from, velocities: speeds, .. } = state;
         for (number, stage) in stages.iter().enumerate() {
             let (reach, weight) = ((stage.node * length) as f32, stage.weight as f32);
@@ -55,7 +55,7 @@ impl Method for RungeKutta {
                 velocities.set_scaled(all.clone(), speeds, forces.acceleration(), reach, pool);
                 Moment { positions: &*positions, velocities: &*velocities, time: start + stage.node * length }
             };
-            forces::all(model, moment, forces, pool);
+            forces::all(stride, moment, forces, pool);
             if number == 0 {
                 way.set_scaled(all.clone(), moment.velocities, moment.velocities, weight - 1.0, pool);
                 gain.set_scaled(all.clone(), forces.acceleration(), forces.acceleration(), weight - 1.0, pool);

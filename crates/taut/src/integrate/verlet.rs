@@ -25,16 +25,16 @@ impl Verlet {
 
 impl Method for Verlet {
     fn propose(&mut self, step: Step<'_>, forces: &mut Forces, pool: &Pool) -> u32 {
-        let Step { model, state, ends } = step;
-        let (all, length, start) = (0..model.particle_count(), model.timing.step_length, state.time(model));
+        let Step { stride, state, ends } = step;
+        let (all, length, start) = (0..stride.model.particle_count(), stride.plan.length, state.time());
         let half = (0.5 * length) as f32;
-        forces::all(model, state.moment(model), forces, pool);
+        forces::all(stride, state.moment(), forces, pool);
         let State { positions, velocities, .. } = state;
         velocities.add_scaled(all.clone(), forces.acceleration(), half, pool);
         ends.set_scaled(all.clone(), positions, velocities, length as f32, pool);
         self.predicted.set_scaled(all.clone(), velocities, forces.acceleration(), half, pool);
         let moment = Moment { positions: ends, velocities: &self.predicted, time: start + length };
-        forces::all(model, moment, forces, pool);
+        forces::all(stride, moment, forces, pool);
         velocities.add_scaled(all, forces.acceleration(), half, pool);
         2
     }

@@ -8,12 +8,12 @@ use xxhash_rust::xxh3::Xxh3;
 use super::bending::{CurvedCloth, Row};
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Air, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Hierarchy,
-    Lattice, LevelRate, Link, MeshData, Model, Numbering, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
-    curve::CurvesOfCloth, grid, hierarchy, mesh, network, numbering, pins, reach, stability::Rates, suits, timing, weights,
+    Adjacency, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Hierarchy, Lattice,
+    LevelRate, Link, MeshData, Model, Numbering, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
+    curve::CurvesOfCloth, grid, hierarchy, mesh, network, numbering, pins, rates::Rates, suits, weights,
 };
 use crate::geometry::{Vectors, turn};
-use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source, WindLaw};
+use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source};
 
 /// Particle and spring numbers are 32 bits wide.
 const MOST_PARTICLES: usize = i32::MAX as usize;
@@ -22,7 +22,7 @@ impl Model {
     /// Builds a model; `meshes` holds the geometry of every mesh that the scene names.
     ///
     /// # Errors
-    /// A mesh is missing or unusable, a pin matches nothing, pins are out of the cloth's reach, the step is over its bound.
+    /// A mesh is missing or unusable, a pin matches nothing, the solver can do nothing for a cloth.
     pub fn build(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Self, SceneError> {
         let mut assembly = Assembly { warnings: scene.warnings(), ..Assembly::default() };
         for (index, cloth) in scene.cloth.iter().enumerate() {
@@ -68,8 +68,9 @@ struct Assembly {
     curves: Vec<Curve>,
     curved_cloths: Vec<CurvedCloth>,
     pins: Vec<PinGroup>,
-    /// Largest drag rate per unit of relative wind speed [1/m] and in still air [1/s].
-    wind_rate: f64,
+    /// Largest rate at which air of 1 kg/m^3 slows a particle per unit of relative wind speed [m^2/kg], without lift and with it; and
+    /// in still air [1/s].
+    wind_rate: [f64; 2],
     drag_rate: f64,
     warnings: Vec<String>,
 }
@@ -110,9 +111,8 @@ impl Assembly {
             ..group
         }));
         let areas = part.areas();
-        let law = scene.wind.as_ref().map_or(WindLaw::Pressure, |wind| wind.law);
-        let lift = if law == WindLaw::DragLift { material.lift_coefficient } else { 0.0 };
-        let coefficient = material.drag_coefficient + lift + cloth.friction_coefficient;
+        let coefficients =
+            [0.0, material.lift_coefficient].map(|lift| material.drag_coefficient + lift + cloth.friction_coefficient);
         for (index, point) in part.points.iter().enumerate() {
             let vertex = self.numbering.vertex((first + index) as u32) as usize - first;
             let own = match cloth.network.as_ref().map(|network| &network.mass) {
@@ -139,7 +139,9 @@ impl Assembly {
             rest.y.push(point.y);
             rest.z.push(point.z);
             if mass > 0.0 {
-                self.wind_rate = self.wind_rate.max(coefficient * areas[index] / mass);
+                for (rate, coefficient) in self.wind_rate.iter_mut().zip(coefficients) {
+                    *rate = rate.max(coefficient * areas[index] / mass);
+                }
             }
         }
         self.drag_rate = self.drag_rate.max(material.air_drag);
@@ -231,9 +233,6 @@ impl Assembly {
         self.springs.sort_by_key(|spring| !spring.kind.is_type1());
         let count = self.particles.mass.len();
         let springs = arrays(&self.springs, &self.curves, scene.solver.filter);
-        reach::check(&self.pins, &springs, &self.numbering, count)?;
-        let air = scene.wind.as_ref().map(Air::new);
-        let wind = air.as_ref().map_or(0.0, |air| f64::from(air.density) * air.greatest_speed * self.wind_rate);
         let bending = Bending {
             quadratic: Bend::both_ways(count, &self.bends),
             buckling: Adjacency::new(count, self.buckling.into_iter()),
@@ -255,10 +254,8 @@ impl Assembly {
             let is_linked = range.lattice.is_none() || cloth.flexion_stiffness > 0.0;
             range.linked = if is_linked { linked.next() } else { None };
         }
-        let rates = Rates::new(&self.particles, &springs, &bending, self.drag_rate + wind);
+        let rates = Rates::new(&self.particles, &springs, &bending, self.drag_rate, self.wind_rate);
         let hierarchies = hierarchies(scene, &mut self.cloths, &self.particles, &springs, &self.triangles, &rates);
-        let timing = timing::timing(scene, &rates, &self.cloths)?;
-        self.warnings.extend(timing::caution(scene, &timing));
         self.warnings.extend(suits::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
         let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();
@@ -292,10 +289,8 @@ impl Assembly {
             particles: self.particles,
             springs,
             pins: self.pins,
-            gravity: DVec3::from_array(scene.gravity()).as_vec3(),
-            air,
             solver: scene.solver.clone(),
-            timing,
+            rates,
             warnings: self.warnings,
         })
     }
@@ -324,7 +319,7 @@ fn hierarchies(
         range.rates = match (&cloth.grid, range.hierarchy) {
             (Some(grid), None) => hierarchy::of_grid(grid.cells, particles.free_masses(range), finest),
             (_, Some(index)) if cloth.network.is_none() => {
-                hierarchy::of_hierarchy(&hierarchies[index], range, springs, rates.bending, timing::slow_enough(scene))
+                hierarchy::of_hierarchy(&hierarchies[index], range, springs, rates.bending)
             }
             _ => Vec::new(),
         };

@@ -1,11 +1,9 @@
-//! What is simulated: particles, springs, triangles, pins, the air. Frozen after it is built.
+//! What is simulated: particles, springs, triangles, pins. Frozen after it is built.
 
 mod adjacency;
-mod air;
 mod bending;
 mod build;
 mod curve;
-mod flow;
 mod grid;
 mod hierarchy;
 mod lattice;
@@ -14,30 +12,25 @@ mod network;
 mod numbering;
 mod part;
 mod pins;
-mod reach;
+mod rates;
 mod selection;
 mod springs;
-mod stability;
 mod suits;
 mod surface;
-mod timing;
 mod weights;
 mod winding;
 
 use std::ops::Range;
 
-use glam::Vec3;
-
 pub use adjacency::Adjacency;
-pub use air::{Air, Wave};
 pub use bending::{Bend, Bending, Buckling, Curvatures, Share};
 pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
-pub use flow::{Flows, Outflow, Vortex};
 pub use hierarchy::{Hierarchy, Parents, coarse_grid, shares};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use numbering::Numbering;
 pub use pins::PinGroup;
+pub use rates::Rates;
 pub use springs::{SpringKind, Springs};
 pub use surface::{Search, Surface};
 
@@ -71,14 +64,10 @@ pub struct Model {
     pub hierarchies: Vec<Hierarchy>,
     /// Held particles.
     pub pins: Vec<PinGroup>,
-    /// Acceleration of gravity [m/s^2].
-    pub gravity: Vec3,
-    /// The moving air, if any.
-    pub air: Option<Air>,
     /// Integrator and filter.
     pub solver: Solver,
-    /// The time step.
-    pub timing: Timing,
+    /// How fast it can vibrate.
+    pub rates: Rates,
     /// What is suspicious in the scene and what was repaired in its meshes.
     pub warnings: Vec<String>,
     /// Tells models apart: equal for equal scenes and meshes.
@@ -200,53 +189,7 @@ pub struct Link {
     pub damping: f32,
 }
 
-/// The time step.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Timing {
-    /// Steps per frame.
-    pub substeps: u32,
-    /// h [s].
-    pub step_length: f64,
-    /// Equal parts of a step in which springs are followed before the filter looks at where they lead.
-    pub spring_steps: u32,
-    /// How far ahead of each part its springs look [s]: at X + V t instead of X, which damps what is faster than the step.
-    pub springs_ahead: f64,
-    /// Stages of the damping of a step.
-    pub damping_stages: u32,
-    /// How grids and meshes take a step, if with scaled masses.
-    pub scaled: Option<ScaledTiming>,
-    /// What "auto" would take for h if springs took parts of it and no cloth were weighted at a point [s].
-    pub unhurried: f64,
-    /// Largest stable step [s]; infinite if nothing acts.
-    pub bound: f64,
-}
-
-/// A step of springs and dampers with selectively scaled masses: in fewer parts than the fastest vibration needs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ScaledTiming {
-    /// Equal parts of the step.
-    pub parts: u32,
-    /// How far ahead of each part its springs look [s].
-    pub springs_ahead: f64,
-    /// The w^2 that a part bears from each level [1/s^2].
-    pub frequency_squared: f64,
-    /// The g that a step bears from each level [1/s]; none where dampers take it in stages, with the masses as they are.
-    pub damping: Option<f64>,
-}
-
 impl Model {
-    /// Whether a cloth is stepped with scaled masses.
-    #[must_use]
-    pub fn scaled(&self, cloth: &ClothRange) -> Option<&ScaledTiming> {
-        self.timing.scaled.as_ref().filter(|_| !cloth.rates.is_empty())
-    }
-
-    /// The parts in which springs take a cloth through a step.
-    #[must_use]
-    pub fn parts(&self, cloth: &ClothRange) -> u32 {
-        self.scaled(cloth).map_or(self.timing.spring_steps, |scaled| scaled.parts)
-    }
-
     /// The number of particles.
     #[must_use]
     pub fn particle_count(&self) -> usize {

@@ -1,10 +1,10 @@
-//! Held particles and the paths they follow.
+//! Particles that a scene holds.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use super::part::Part;
 use super::selection::choose;
-use crate::scene::{Cloth, Keyframe, SceneError};
+use crate::scene::{Cloth, SceneError};
 
 /// Particles that move together.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,30 +13,6 @@ pub struct PinGroup {
     pub particles: Vec<u32>,
     /// Where they are at the start [m].
     pub start: Vec<DVec3>,
-    /// Displacement over time; empty: they stay.
-    pub keyframes: Vec<Keyframe>,
-}
-
-impl PinGroup {
-    /// Displacement from the start [m] at `time` [s], straight lines between keyframes, constant after the last.
-    #[must_use]
-    pub fn displacement(&self, time: f64) -> DVec3 {
-        let mut before = (0.0, DVec3::ZERO);
-        for &Keyframe(at, value) in &self.keyframes {
-            let value = DVec3::from_array(value);
-            if time < at {
-                return before.1.lerp(value, (time - before.0) / (at - before.0));
-            }
-            before = (at, value);
-        }
-        before.1
-    }
-
-    /// Where the group's particle number `index` is at `time` [m].
-    #[must_use]
-    pub fn position(&self, index: usize, time: f64) -> Vec3 {
-        (self.start[index] + self.displacement(time)).as_vec3()
-    }
 }
 
 /// The pins of one cloth; `first` is the number of its first particle.
@@ -68,22 +44,7 @@ pub(super) fn build(
         }
         let start = particles.iter().map(|&vertex| part.points[vertex as usize]).collect();
         particles.iter_mut().for_each(|particle| *particle += first);
-        groups.push(PinGroup { particles, start, keyframes: pin.keyframes.clone() });
+        groups.push(PinGroup { particles, start });
     }
     Ok(groups)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn keyframes_are_joined_by_straight_lines_and_held_after_the_last() {
-        let keyframes = vec![Keyframe(1.0, [2.0, 0.0, 0.0]), Keyframe(3.0, [2.0, 4.0, 0.0])];
-        let group = PinGroup { particles: vec![0], start: vec![DVec3::Z], keyframes };
-        for (time, expected) in [(0.0, [0.0, 0.0]), (0.25, [0.5, 0.0]), (1.0, [2.0, 0.0]), (2.0, [2.0, 2.0]), (9.0, [2.0, 4.0])] {
-            let at = group.position(0, time);
-            assert!((at - Vec3::new(expected[0], expected[1], 1.0)).length() < 1e-6, "{time}: {at}");
-        }
-    }
 }

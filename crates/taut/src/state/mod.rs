@@ -1,11 +1,13 @@
-//! What changes while a scene runs: positions, velocities and the number of steps taken.
+//! What changes while a scene runs: positions, velocities and the time.
 
+mod clock;
 mod snapshot;
 mod stretch;
 
 use glam::Vec3;
 use xxhash_rust::xxh3::Xxh3;
 
+pub use clock::Clock;
 pub use snapshot::SnapshotError;
 pub use stretch::{Stretch, longest_of, measure, measure_squares};
 
@@ -19,8 +21,8 @@ pub struct State {
     pub positions: Vectors,
     /// V [m/s].
     pub velocities: Vectors,
-    /// Steps taken since the start, from which the time follows without rounding.
-    pub steps: u64,
+    /// Steps and time since the start.
+    pub clock: Clock,
     /// What a two-step integrator remembers.
     pub past: Past,
 }
@@ -32,6 +34,8 @@ pub struct Past {
     pub displacements: Vectors,
     /// What forces added to V [m/s]; filters are left out.
     pub gains: Vectors,
+    /// How long that step was [s].
+    pub length: f64,
 }
 
 impl Past {
@@ -39,7 +43,7 @@ impl Past {
     #[must_use]
     pub fn none(model: &Model) -> Self {
         let count = if model.solver.integrator.remembers() { model.particle_count() } else { 0 };
-        Self { displacements: Vectors::zeros(count), gains: Vectors::zeros(count) }
+        Self { displacements: Vectors::zeros(count), gains: Vectors::zeros(count), length: 0.0 }
     }
 
     /// Whether nothing has ever moved.
@@ -64,25 +68,25 @@ impl State {
     /// The model at rest where the scene put it.
     #[must_use]
     pub fn new(model: &Model) -> Self {
-        Self::at(model, model.particles.rest.clone(), Vectors::zeros(model.particle_count()), 0)
+        Self::at(model, model.particles.rest.clone(), Vectors::zeros(model.particle_count()), Clock::default())
     }
 
     /// The model at some place; a two-step integrator starts anew.
     #[must_use]
-    pub fn at(model: &Model, positions: Vectors, velocities: Vectors, steps: u64) -> Self {
-        Self { positions, velocities, steps, past: Past::none(model) }
+    pub fn at(model: &Model, positions: Vectors, velocities: Vectors, clock: Clock) -> Self {
+        Self { positions, velocities, clock, past: Past::none(model) }
     }
 
     /// Time since the start [s].
     #[must_use]
-    pub fn time(&self, model: &Model) -> f64 {
-        self.steps as f64 * model.timing.step_length
+    pub fn time(&self) -> f64 {
+        self.clock.time()
     }
 
     /// Where it is now.
     #[must_use]
-    pub fn moment(&self, model: &Model) -> Moment<'_> {
-        Moment { positions: &self.positions, velocities: &self.velocities, time: self.time(model) }
+    pub fn moment(&self) -> Moment<'_> {
+        Moment { positions: &self.positions, velocities: &self.velocities, time: self.time() }
     }
 
     /// Makes this a copy of `other`, a state of the same model.
@@ -91,7 +95,8 @@ impl State {
         self.velocities.copy_on(&other.velocities, pool);
         self.past.displacements.copy_on(&other.past.displacements, pool);
         self.past.gains.copy_on(&other.past.gains, pool);
-        self.steps = other.steps;
+        self.past.length = other.past.length;
+        self.clock = other.clock;
     }
 
     /// The state with its vectors in the order of the user's vertices.
@@ -107,8 +112,9 @@ impl State {
     }
 
     fn reordered(&self, order: impl Fn(&Vectors) -> Vectors) -> Self {
-        let past = Past { displacements: order(&self.past.displacements), gains: order(&self.past.gains) };
-        Self { positions: order(&self.positions), velocities: order(&self.velocities), steps: self.steps, past }
+        let Past { displacements, gains, length } = &self.past;
+        let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
+        Self { positions: order(&self.positions), velocities: order(&self.velocities), clock: self.clock, past }
     }
 
     /// XXH3 hash of all positions, then all velocities and then the past, if any, each as x, y, z in little-endian `f32`.

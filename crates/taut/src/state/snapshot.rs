@@ -2,21 +2,21 @@
 
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::{Past, State};
+use super::{Clock, Past, State};
 use crate::geometry::Vectors;
 use crate::model::Model;
 
 /// First bytes of every snapshot; the last one is the version of the layout.
-const MAGIC: [u8; 8] = *b"TAUTSNP1";
-/// Magic, fingerprint of the model, steps.
-const HEADER: usize = 24;
+const MAGIC: [u8; 8] = *b"TAUTSNP2";
+/// Magic, fingerprint of the model, steps and time, length of the past step.
+const HEADER: usize = 56;
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not ours at all.
-    #[error("these bytes are not a taut snapshot (version 1)")]
+    #[error("these bytes are not a taut snapshot (version 2)")]
     NotASnapshot,
     /// Cut short or altered.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -27,14 +27,17 @@ pub enum SnapshotError {
 }
 
 impl State {
-    /// The state as bytes: magic, fingerprint, steps, the coordinate arrays of positions, velocities and the past, if any
+    /// The state as bytes: magic, fingerprint, steps and time, the coordinate arrays of positions, velocities and the past, if any
     /// (little-endian `f32`), XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(HEADER + 24 * self.positions.len() + CHECKSUM);
         bytes.extend(MAGIC);
         bytes.extend(model.fingerprint.to_le_bytes());
-        bytes.extend(self.steps.to_le_bytes());
+        let Clock { steps, start, run, length } = self.clock;
+        for number in [steps, start.to_bits(), run, length.to_bits(), self.past.length.to_bits()] {
+            bytes.extend(number.to_le_bytes());
+        }
         let all = [&self.positions, &self.velocities, &self.past.displacements, &self.past.gains];
         for column in all.into_iter().flat_map(columns) {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
@@ -67,8 +70,10 @@ impl State {
             Vectors { x: column(), y: column(), z: column() }
         };
         let (positions, velocities) = (vectors(count), vectors(count));
-        let past = Past { displacements: vectors(of_past), gains: vectors(of_past) };
-        Ok(Self { positions, velocities, steps: number(16), past })
+        let real = |at: usize| f64::from_bits(number(at));
+        let past = Past { displacements: vectors(of_past), gains: vectors(of_past), length: real(48) };
+        let clock = Clock { steps: number(16), start: real(24), run: number(32), length: real(40) };
+        Ok(Self { positions, velocities, clock, past })
     }
 }
 

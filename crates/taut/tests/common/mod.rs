@@ -4,17 +4,63 @@
 pub mod goldens;
 
 use std::collections::BTreeMap;
+use std::ops::Deref;
 
 use glam::DVec3;
 use serde_json::{Value, json};
 use taut::advance::{Summary, advance};
+use taut::forces::{Forces, external};
+use taut::geometry::{Pool, Vectors};
+use taut::inputs::Inputs;
 use taut::model::{MeshData, Model};
-use taut::scene::Scene;
+use taut::prepare::{Prepared, prepare};
+use taut::scene::{Scene, SceneError};
+use taut::schedule::{Plan, Schedule, Stride};
 use taut::state::State;
 use taut::step::Work;
 
-pub struct Simulation {
+/// A model, and what its scene says beside it.
+#[derive(Debug)]
+pub struct Built {
     pub model: Model,
+    pub inputs: Inputs,
+    pub schedule: Schedule,
+}
+
+impl Deref for Built {
+    type Target = Model;
+
+    fn deref(&self) -> &Model {
+        &self.model
+    }
+}
+
+impl Built {
+    /// The scene's own step.
+    pub fn plan(&self) -> Plan {
+        self.schedule.plan(&self.model, self.schedule.step_length)
+    }
+
+    /// That step, to be taken.
+    pub fn stride<'a>(&'a self, plan: &'a Plan) -> Stride<'a> {
+        Stride { model: &self.model, inputs: &self.inputs, plan }
+    }
+
+    /// What acts from outside [m/s^2].
+    pub fn external(&self, state: &State) -> Vectors {
+        let mut forces = Forces::new(self);
+        external(self.stride(&self.plan()), state, &mut forces, &Pool::new(1));
+        forces.acceleration().clone()
+    }
+}
+
+pub fn build(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Built, SceneError> {
+    let Prepared { model, inputs, schedule } = prepare(scene, meshes)?;
+    Ok(Built { model, inputs, schedule })
+}
+
+pub struct Simulation {
+    pub model: Built,
     pub state: State,
     before: State,
     pub work: Work,
@@ -29,22 +75,23 @@ impl Simulation {
         Self::with_threads(model(scene), threads)
     }
 
-    pub fn of(model: Model) -> Self {
+    pub fn of(model: Built) -> Self {
         Self::with_threads(model, 1)
     }
 
-    pub fn with_threads(model: Model, threads: usize) -> Self {
+    pub fn with_threads(model: Built, threads: usize) -> Self {
         let state = State::new(&model);
-        let work = Work::new(&model, threads);
+        let work = Work::new(&model, &model.schedule, threads);
         Self { before: state.clone(), model, state, work }
     }
 
     pub fn steps(&mut self, count: u64) -> Summary {
-        advance(&self.model, &mut self.state, &mut self.before, &mut self.work, count).expect("stays finite")
+        let Self { model, state, before, work } = self;
+        advance(model, state, before, &model.inputs, model.schedule.step_length, work, count).expect("stays finite")
     }
 
     pub fn step_length(&self) -> f64 {
-        self.model.timing.step_length
+        self.model.schedule.step_length
     }
 }
 
@@ -52,20 +99,20 @@ pub fn scene(value: &Value) -> Scene {
     Scene::from_json(&value.to_string()).expect("a valid scene")
 }
 
-pub fn model(value: &Value) -> Model {
-    Model::build(&scene(value), &BTreeMap::new()).expect("a model")
+pub fn model(value: &Value) -> Built {
+    build(&scene(value), &BTreeMap::new()).expect("a model")
 }
 
-pub fn mesh_model(cloth: Value, mesh: MeshData) -> Model {
+pub fn mesh_model(cloth: Value, mesh: MeshData) -> Built {
     mesh_scene(json!({}), cloth, mesh)
 }
 
 /// One cloth made of a mesh; `rest` holds the other fields of the scene.
-pub fn mesh_scene(mut rest: Value, mut cloth: Value, mesh: MeshData) -> Model {
+pub fn mesh_scene(mut rest: Value, mut cloth: Value, mesh: MeshData) -> Built {
     cloth["mesh"] = json!("mesh");
     rest["cloth"] = json!([cloth]);
     let meshes = BTreeMap::from([("mesh".to_owned(), mesh)]);
-    Model::build(&scene(&rest), &meshes).expect("a model")
+    build(&scene(&rest), &meshes).expect("a model")
 }
 
 /// A sheet 1 m wide in the plane of x and y, its vertices off their places by up to a quarter of a cell, its cells cut either way.

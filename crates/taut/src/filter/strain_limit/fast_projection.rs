@@ -34,6 +34,7 @@ use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Adjacency, ClothRange, Model};
 use crate::scene::FilterKind;
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// Added to the diagonal, as a part of it.
@@ -55,10 +56,10 @@ impl FastProjection {
 }
 
 impl StrainLimit for FastProjection {
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, _: &Pool) -> Limited {
+    fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, _: &Pool) -> Limited {
         let mut limited = Limited::default();
         for cloth in &mut self.cloths {
-            let done = cloth.apply(model, state, ends);
+            let done = cloth.apply(stride, state, ends);
             limited.springs += done.springs;
             limited.sweeps += done.sweeps;
         }
@@ -133,7 +134,7 @@ impl Threads {
         })
     }
 
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors) -> Limited {
+    fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors) -> Limited {
         for (place, (p, start)) in self.p.iter_mut().zip(&mut self.start).enumerate() {
             *p = ends.get(self.first + place).as_dvec3();
             *start = *p;
@@ -143,14 +144,14 @@ impl Threads {
         let over = |multiplier: &f64, thread: &Thread| multiplier.abs() > 2.0 * self.tolerance * thread.length;
         limited.springs = self.multipliers.iter().zip(&self.threads).filter(|(c, thread)| over(c, thread)).count() as u32;
         let mut enough = ROUNDING;
-        while off.worst > enough && limited.sweeps < model.solver.iterations() {
+        while off.worst > enough && limited.sweeps < stride.model.solver.iterations() {
             let Some(less) = self.project(off) else { break };
             off = less;
             enough = self.tolerance;
             limited.sweeps += 1;
         }
         if limited.sweeps > 0 {
-            self.store(model.timing.step_length, state, ends);
+            self.store(stride.plan.length, state, ends);
         }
         limited
     }

@@ -17,21 +17,22 @@ use super::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::scene::FilterKind;
+use crate::schedule::{Plan, Stride};
 use crate::state::State;
 
 /// A way to turn proposed velocities into admissible ones.
 pub(super) trait StrainLimit: Send {
     /// Changes the velocities of a state, and with them the ends of the step, so that no spring is longer than
     /// `(1 + lambda) L` there, as far as the method goes.
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited;
+    fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited;
 }
 
-/// The method that the model's solver asks for.
-pub(super) fn new(model: &Model) -> Box<dyn StrainLimit> {
+/// The method that the model's solver asks for, set up for steps that are planned like this one.
+pub(super) fn new(model: &Model, plan: &Plan) -> Box<dyn StrainLimit> {
     match model.solver.filter {
         FilterKind::None => Box::new(none::None),
         FilterKind::Sequential => Box::new(sequential::Sequential::new(model)),
-        FilterKind::CoarseToFine => Box::new(coarse_to_fine::CoarseToFine::new(model)),
+        FilterKind::CoarseToFine => Box::new(coarse_to_fine::CoarseToFine::new(model, plan)),
         FilterKind::Sweeps => Box::new(sweeps::Sweeps::new(model)),
         FilterKind::Provot => Box::new(provot::Provot::new(model)),
         FilterKind::Rods => Box::new(rods::Rods::new(model)),

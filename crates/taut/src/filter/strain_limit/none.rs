@@ -3,14 +3,14 @@
 use super::StrainLimit;
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
-use crate::model::Model;
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// Leaves velocities as they are.
 pub(super) struct None;
 
 impl StrainLimit for None {
-    fn apply(&mut self, _: &Model, _: &mut State, _: &mut Vectors, _: &Pool) -> Limited {
+    fn apply(&mut self, _: Stride<'_>, _: &mut State, _: &mut Vectors, _: &Pool) -> Limited {
         Limited::default()
     }
 }

@@ -13,6 +13,7 @@ use super::StrainLimit;
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// A spring that can be corrected.
@@ -47,8 +48,8 @@ impl Provot {
 }
 
 impl StrainLimit for Provot {
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, _: &Pool) -> Limited {
-        let step = model.timing.step_length as f32;
+    fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, _: &Pool) -> Limited {
+        let (model, step) = (stride.model, stride.plan.length as f32);
         let mut limited = Limited::default();
         while limited.sweeps < model.solver.iterations() {
             let mut over = 0;

@@ -18,6 +18,7 @@ use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::scene::FilterKind;
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// Rods and limited springs by colour.
@@ -47,8 +48,8 @@ impl Rods {
 }
 
 impl StrainLimit for Rods {
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
-        let step = model.timing.step_length as f32;
+    fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
+        let (model, step) = (stride.model, stride.plan.length as f32);
         let tolerance = model.solver.tolerance as f32;
         let mut limited = Limited::default();
         while limited.sweeps < model.solver.iterations() {

@@ -10,6 +10,7 @@ use super::StrainLimit;
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Adjacency, Model};
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// A spring in the order of the walk.
@@ -72,8 +73,8 @@ fn breadth_first(model: &Model, neighbours: &Adjacency<(u32, u32)>) -> Vec<u32> 
 }
 
 impl StrainLimit for Sequential {
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
-        let step = model.timing.step_length as f32;
+    fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
+        let (model, step) = (stride.model, stride.plan.length as f32);
         let mut springs = 0;
         for &Visit { u, v, limit } in &self.walk {
             let (u, v) = (u as usize, v as usize);

@@ -12,6 +12,7 @@ use super::coloured::{ColouredSprings, Found, Pass};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// The limited springs by colour.
@@ -34,8 +35,8 @@ impl Sweeps {
 }
 
 impl StrainLimit for Sweeps {
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
-        let step = model.timing.step_length as f32;
+    fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
+        let (model, step) = (stride.model, stride.plan.length as f32);
         let longest = 1.0 + model.solver.tolerance as f32;
         let allowed = longest * longest;
         let mut limited = Limited::default();

@@ -14,6 +14,7 @@ use super::StrainLimit;
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Adjacency, ClothRange, Model, Search, Surface};
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// Places that a particle is tethered to at most.
@@ -40,8 +41,8 @@ impl Tethers {
 }
 
 impl StrainLimit for Tethers {
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, _: &Pool) -> Limited {
-        let step = model.timing.step_length as f32;
+    fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, _: &Pool) -> Limited {
+        let (model, step) = (stride.model, stride.plan.length as f32);
         let mut limited = Limited::default();
         for particle in 0..ends.len() {
             let tethers = self.tethers.of(particle);

@@ -20,6 +20,7 @@ use super::coloured::{ColouredSprings, Found, Pass};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// The constraints by colour.
@@ -32,7 +33,8 @@ struct Constraint {
     rest: f32,
     /// R [m].
     limit: f32,
-    /// s = k h^2 [kg].
+    /// k [N/m], and s = k h^2 [kg].
+    spring: f64,
     stiffness: f32,
     /// w_u and w_v [1/kg].
     weights: [f32; 2],
@@ -43,11 +45,11 @@ struct Constraint {
 impl Xpbd {
     pub(super) fn new(model: &Model) -> Self {
         let springs = &model.springs;
-        let square = model.timing.step_length * model.timing.step_length;
         let keep = |spring: usize, weights: [f32; 2]| Constraint {
             rest: springs.rest[spring],
             limit: springs.greatest_length(spring),
-            stiffness: (f64::from(springs.stiffness[spring]) * square) as f32,
+            spring: f64::from(springs.stiffness[spring]),
+            stiffness: 0.0,
             weights,
             multiplier: 0.0,
         };
@@ -56,10 +58,14 @@ impl Xpbd {
 }
 
 impl StrainLimit for Xpbd {
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
-        let step = model.timing.step_length as f32;
+    fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
+        let (model, step) = (stride.model, stride.plan.length as f32);
         let mut limited = Limited::default();
-        self.springs.for_each(|constraint| constraint.multiplier = 0.0);
+        let square = stride.plan.length * stride.plan.length;
+        self.springs.for_each(|constraint| {
+            constraint.stiffness = (constraint.spring * square) as f32;
+            constraint.multiplier = 0.0;
+        });
         while limited.sweeps < model.solver.iterations() {
             let pass = Pass { step, backwards: limited.sweeps % 2 == 1, local: false };
             let found = self.springs.sweep(ends, &mut state.velocities, pass, pool, correct);
@@ -73,7 +79,7 @@ impl StrainLimit for Xpbd {
 }
 
 fn correct(p_uv: Vec3, constraint: &mut Constraint, found: &mut Found) -> Option<[Vec3; 2]> {
-    let Constraint { rest, limit, stiffness, weights: [w_u, w_v], ref mut multiplier } = *constraint;
+    let Constraint { rest, limit, stiffness, weights: [w_u, w_v], ref mut multiplier, .. } = *constraint;
     let length = p_uv.length();
     if length == 0.0 {
         return None;

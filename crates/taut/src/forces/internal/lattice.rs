@@ -70,10 +70,7 @@ impl<L: Law> WithSimd for Band<'_, L> {
         let begin = (out.first - first) / columns;
         let end = begin + out.x.len() / columns;
         let row_of = |row: usize| first + row * columns..first + (row + 1) * columns;
-        let shared = rows.shared();
-        // SAFETY: the rows of a band are its own, and each is asked for once.
-        let (mut here, mut above, mut rose, mut rising, sums) =
-            unsafe { (shared.row_mut(0), shared.row_mut(1), shared.row_mut(2), shared.row_mut(3), shared.row_mut(4)) };
+        let [mut here, mut above, mut rose, mut rising, sums] = rows.first_mut::<ROWS>();
         rose.fill([[0.0; LINE]; 3]);
         // The row below the band is gone through for what rises from it.
         let start = begin.saturating_sub(1);

@@ -15,9 +15,8 @@ use crate::model::{ClothRange, Model};
 pub use curve::curved_energy;
 pub(super) use curve::force as curved_force;
 pub(super) use law::Damper;
-pub(crate) use law::Hooke;
+pub(super) use law::Hooke;
 use law::Law;
-pub(crate) use row::{RowConstants, Sums, Three, springs_of_row};
 pub use spring::elastic_energy;
 
 /// `out = keep out + add other + scale F / M`, F being the forces that a law draws from `field`; for what is held 1/M is zero.

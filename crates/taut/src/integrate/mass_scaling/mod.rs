@@ -16,7 +16,8 @@ mod general;
 mod lattice;
 
 use crate::geometry::{Pool, Vectors};
-use crate::model::{ClothRange, LevelRate, Model, ScaledTiming, shares};
+use crate::model::{ClothRange, LevelRate, Model, shares};
+use crate::schedule::ScaledTiming;
 use general::GeneralLevels;
 use lattice::LatticeLevels;
 
@@ -44,18 +45,23 @@ impl Shares {
 }
 
 impl MassScaling {
-    /// Of a cloth, if its masses are scaled.
-    pub fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
-        let &ScaledTiming { frequency_squared, damping, .. } = model.scaled(cloth)?;
-        let rates = |of: fn(&LevelRate) -> f64| cloth.rates.iter().map(of);
-        let springs = Shares::new(frequency_squared, rates(|rate| rate.frequency_squared));
-        let dampers = damping.map(|borne| Shares::new(borne, rates(|rate| rate.damping)));
-        let count = springs.0.len().max(dampers.as_ref().map_or(0, |shares| shares.0.len()));
+    /// Of a cloth with levels, for a step whose masses are scaled.
+    pub fn new(model: &Model, cloth: &ClothRange, timing: &ScaledTiming) -> Option<Self> {
+        let count = cloth.rates.len();
         let levels: Box<dyn Levels> = match cloth.lattice {
             Some(lattice) => Box::new(LatticeLevels::new(model, cloth, &model.lattices[lattice], count)),
             None => Box::new(GeneralLevels::new(cloth, &model.hierarchies[cloth.hierarchy?], count)),
         };
-        Some(Self { springs, dampers, levels })
+        let mut masses = Self { springs: Shares::default(), dampers: None, levels };
+        masses.share_out(cloth, timing);
+        Some(masses)
+    }
+
+    /// Gives the levels the shares of another step.
+    pub fn share_out(&mut self, cloth: &ClothRange, timing: &ScaledTiming) {
+        let rates = |of: fn(&LevelRate) -> f64| cloth.rates.iter().map(of);
+        self.springs = Shares::new(timing.frequency_squared, rates(|rate| rate.frequency_squared));
+        self.dampers = timing.damping.map(|borne| Shares::new(borne, rates(|rate| rate.damping)));
     }
 
     /// `velocities += S M gains` of springs; gains of what is held are zero.
@@ -85,8 +91,10 @@ mod tests {
 
     use super::*;
     use crate::forces::{Forces, gains};
+    use crate::inputs::Inputs;
     use crate::model::MeshData;
     use crate::scene::Scene;
+    use crate::schedule::{Plan, Schedule};
 
     /// A sheet, as a grid or as a crooked mesh of as many vertices.
     #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,7 +103,7 @@ mod tests {
         Mesh,
     }
 
-    fn model(source: Source, cells: [u32; 2], pins: Value, stiffness: f64) -> Model {
+    fn model(source: Source, cells: [u32; 2], pins: Value, stiffness: f64) -> (Model, Plan) {
         let mut cloth = json!({ "density": 0.2, "stiffness": stiffness, "damping": 0.0, "pins": pins });
         let mut meshes = BTreeMap::new();
         match source {
@@ -107,7 +115,11 @@ mod tests {
         }
         let document = json!({ "cloth": [cloth], "gravity": [0.0, 0.0, 0.0] });
         let scene = Scene::from_json(&document.to_string()).expect("a valid scene");
-        Model::build(&scene, &meshes).expect("a valid model")
+        let model = Model::build(&scene, &meshes).expect("a valid model");
+        let inputs = Inputs::new(&scene, &model).expect("pins that stay");
+        let schedule = Schedule::new(&scene, &model, &inputs).expect("a step");
+        let plan = schedule.plan(&model, schedule.step_length);
+        (model, plan)
     }
 
     /// Vertices off their places by up to a third of a cell, cells cut either way.
@@ -132,10 +144,10 @@ mod tests {
     }
 
     /// A sheet of so many cells, if its masses are scaled.
-    fn scaled(source: Source, cells: [u32; 2], pins: Value, stiffness: f64) -> Option<(Model, MassScaling)> {
-        let model = model(source, cells, pins, stiffness);
-        let scaling = MassScaling::new(&model, &model.cloths[0])?;
-        Some((model, scaling))
+    fn scaled(source: Source, cells: [u32; 2], pins: Value, stiffness: f64) -> Option<(Model, Plan, MassScaling)> {
+        let (model, plan) = model(source, cells, pins, stiffness);
+        let scaling = MassScaling::new(&model, &model.cloths[0], plan.scaled(&model.cloths[0])?)?;
+        Some((model, plan, scaling))
     }
 
     /// Some velocities that differ from particle to particle, those of held ones zero.
@@ -165,7 +177,7 @@ mod tests {
         let mut sheets = Vec::new();
         for cells in [[3, 3], [5, 9], [16, 16], [31, 12], [40, 33]] {
             for (stiffness, source) in [1e3, 1e4].into_iter().flat_map(|k| [(k, Source::Grid), (k, Source::Mesh)]) {
-                if let Some((model, scaling)) = scaled(source, cells, pins.clone(), stiffness) {
+                if let Some((model, _, scaling)) = scaled(source, cells, pins.clone(), stiffness) {
                     sheets.push((format!("{source:?} {cells:?}, {stiffness} N/m"), model, scaling));
                 }
             }
@@ -230,9 +242,9 @@ mod tests {
             ([24, 40], json!([{ "box": [[-0.01, -1, -1], [0.01, 1, 1]] }, { "nearest": [0.53, 0.41, 0.0] }]), 20.0),
         ] {
             for source in [Source::Grid, Source::Mesh] {
-                let Some((model, mut scaling)) = scaled(source, cells, pins.clone(), stiffness) else { continue };
+                let Some((model, plan, mut scaling)) = scaled(source, cells, pins.clone(), stiffness) else { continue };
                 found += 1;
-                let timing = model.timing.scaled.expect("masses are scaled");
+                let timing = plan.scaled.expect("masses are scaled");
                 // The largest eigenvalue by power iteration on small displacements.
                 let (pool, mut forces, all) = (Pool::new(1), Forces::new(&model), 0..model.particle_count());
                 let mut mode = velocities(&model, 0.2);
@@ -245,7 +257,7 @@ mod tests {
                     mode = apply(&mut scaling, &gained);
                     square = product(&model, &mode, &mode).sqrt() / 1e-4;
                 }
-                let part = model.timing.step_length / f64::from(timing.parts);
+                let part = plan.length / f64::from(timing.parts);
                 let (vibrates, damped) = (part * part * square, part * square * timing.springs_ahead);
                 assert!(vibrates + 2.0 * damped < 4.0, "{source:?} {cells:?}: {vibrates} {damped}");
                 assert!(vibrates > 0.4, "{source:?} {cells:?}: needlessly slow, {vibrates}");

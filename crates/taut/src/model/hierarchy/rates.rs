@@ -51,14 +51,13 @@ pub(in crate::model) fn of_grid(cells: [u32; 2], mut masses: Vec<f64>, finest: L
     rates
 }
 
-/// Rates of the levels of a mesh, up to the first that is no faster than `enough`. `bending` is the w^2 of its bending [1/s^2],
+/// Rates of the levels of a mesh. `bending` is the w^2 of its bending [1/s^2],
 /// which falls from level to level at least as that of springs does.
 pub(in crate::model) fn of_hierarchy(
     hierarchy: &Hierarchy,
     cloth: &ClothRange,
     springs: &Springs,
     bending: f64,
-    enough: LevelRate,
 ) -> Vec<LevelRate> {
     let mut rows = rows(&hierarchy.levels[0], cloth, springs);
     let mut rates: Vec<LevelRate> = Vec::new();
@@ -86,9 +85,6 @@ pub(in crate::model) fn of_hierarchy(
         let bends = if finest > 0.0 { bending * (springs / finest).min(1.0) } else { bending };
         let moving = level.masses.iter().zip(&level.fixed).filter(|(_, fixed)| !**fixed).map(|(mass, _)| mass).sum::<f64>() / all;
         rates.push(LevelRate { frequency_squared: springs + bends, damping: fastest(1), moving });
-        if springs + bends <= enough.frequency_squared && fastest(1) <= enough.damping {
-            break;
-        }
     }
     rates
 }

@@ -10,6 +10,7 @@ use glam::Vec3;
 use super::Motion;
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
+use crate::schedule::Stride;
 use crate::state::{State, measure};
 
 /// What had to be done to a step.
@@ -56,8 +57,16 @@ impl Certificate {
     }
 
     /// Measures the ends of the step and goes only as far as all springs allow.
-    pub fn enforce(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>, pool: &Pool) -> Verdict {
+    pub fn enforce(
+        &self,
+        stride: Stride<'_>,
+        state: &mut State,
+        ends: &mut Vectors,
+        frame: Option<Vec3>,
+        pool: &Pool,
+    ) -> Verdict {
         const ROUNDS: usize = 4;
+        let model = stride.model;
         for round in 0..ROUNDS {
             if measure(model, &self.cloth, ends, pool).worst <= 1.0 {
                 return Verdict { cut: round > 0, held_back_pins: round > 0 && frame.is_none() };
@@ -66,17 +75,17 @@ impl Certificate {
             // that move alike but for rounding would creep away from each other, step by step.
             if round + 1 < ROUNDS {
                 let part = self.admissible_part(model, &state.positions, ends).min(1.0 - 1e-6);
-                self.shorten(model, state, ends, frame, part);
+                self.shorten(stride, state, ends, frame, part);
             } else {
-                self.shorten(model, state, ends, None, 0.0);
+                self.shorten(stride, state, ends, None, 0.0);
             }
         }
         Verdict { cut: true, held_back_pins: true }
     }
 
     /// Leaves `part` of the step relative to Y.
-    fn shorten(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>, part: f32) {
-        let step = model.timing.step_length as f32;
+    fn shorten(&self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>, part: f32) {
+        let (model, step) = (stride.model, stride.plan.length as f32);
         for particle in self.cloth.particles() {
             if frame.is_some() && model.particles.inverse_mass[particle] == 0.0 {
                 continue;

@@ -9,14 +9,15 @@ use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::geometry::{Pool, Vectors, sum_of_chunks};
-use crate::model::{ClothRange, Model};
+use crate::model::ClothRange;
+use crate::schedule::Stride;
 
 /// The factor [1/s] of corrections [m] in what velocities take of them: c / h, c being the place of the smallest
 /// sum of M |V + c C / h - F / h|^2 in [0, 1]. `frame` is F, the displacement [m] of what is held; if held particles move
 /// differently, there is no frame in which pulling them along costs nothing, and c is 1. It is 1 as well where a step is not
 /// divided: there V is D / h, and stays so. `parts` is workspace, a place for every chunk of particles.
 pub(super) fn rate(
-    model: &Model,
+    stride: Stride<'_>,
     cloth: &ClothRange,
     velocities: &Vectors,
     corrections: &Vectors,
@@ -24,9 +25,10 @@ pub(super) fn rate(
     parts: &mut [[f64; 2]],
     pool: &Pool,
 ) -> f32 {
-    let step = model.timing.step_length as f32;
+    let (model, plan) = (stride.model, stride.plan);
+    let step = plan.length as f32;
     let frame = match frame {
-        Some(frame) if model.parts(cloth) > 1 => frame / step,
+        Some(frame) if plan.parts(cloth) > 1 => frame / step,
         _ => return 1.0 / step,
     };
     let columns = [

@@ -15,6 +15,7 @@ use super::StrainLimit;
 use crate::filter::Limited;
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::{ClothRange, Model};
+use crate::schedule::{Plan, Stride};
 use crate::state::{State, measure};
 use certificate::Certificate;
 use motion::Motion;
@@ -75,17 +76,17 @@ pub(super) struct CoarseToFine {
 }
 
 impl CoarseToFine {
-    pub(super) fn new(model: &Model) -> Self {
-        let units = model.cloths.iter().filter_map(|cloth| Unit::new(model, cloth)).collect();
+    pub(super) fn new(model: &Model, plan: &Plan) -> Self {
+        let units = model.cloths.iter().filter_map(|cloth| Unit::new(model, cloth, plan)).collect();
         Self { units, corrections: Vectors::zeros(model.particle_count()) }
     }
 }
 
 impl StrainLimit for CoarseToFine {
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
+    fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
         let mut limited = Limited::default();
         for unit in &mut self.units {
-            let done = unit.apply(model, state, ends, &mut self.corrections, pool);
+            let done = unit.apply(stride, state, ends, &mut self.corrections, pool);
             limited.springs += done.springs;
             limited.sweeps += done.sweeps;
             limited.cuts += done.cuts;
@@ -97,10 +98,10 @@ impl StrainLimit for CoarseToFine {
 
 impl Unit {
     /// A cloth; none if nothing in it is limited.
-    fn new(model: &Model, cloth: &ClothRange) -> Option<Self> {
+    fn new(model: &Model, cloth: &ClothRange, plan: &Plan) -> Option<Self> {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
         let largest = if cloth.rates.is_empty() { LARGEST_BACK_OFF_UNSCALED } else { LARGEST_BACK_OFF };
-        let shrunk = back_off_of_step(model, cloth);
+        let shrunk = back_off_of_step(plan, cloth);
         let delta = (BACK_OFF * shrunk).min(largest * strain) / (1.0 + strain);
         let mut levels: Box<dyn Levels> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
@@ -117,7 +118,15 @@ impl Unit {
         })
     }
 
-    fn apply(&mut self, model: &Model, state: &mut State, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool) -> Limited {
+    fn apply(
+        &mut self,
+        stride: Stride<'_>,
+        state: &mut State,
+        ends: &mut Vectors,
+        corrections: &mut Vectors,
+        pool: &Pool,
+    ) -> Limited {
+        let model = stride.model;
         let proposed = measure(model, &self.cloth, ends, pool);
         let mut limited = Limited { springs: proposed.over, ..Limited::default() };
         let mut worst = proposed.worst;
@@ -149,9 +158,9 @@ impl Unit {
             }
         }
         self.levels.store(&state.positions, ends, corrections, pool);
-        let rate = impulse::rate(model, &self.cloth, &state.velocities, corrections, frame, &mut self.products, pool);
+        let rate = impulse::rate(stride, &self.cloth, &state.velocities, corrections, frame, &mut self.products, pool);
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
-        let verdict = self.certificate.enforce(model, state, ends, frame, pool);
+        let verdict = self.certificate.enforce(stride, state, ends, frame, pool);
         limited.cuts = u32::from(verdict.cut);
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
@@ -161,9 +170,8 @@ impl Unit {
 /// What is left of back-offs in steps that are shorter than automatic ones [1]: their root. What a step takes back too far is
 /// lost, and more steps would lose more of the motion; but with back-offs in proportion to the step cycles do not end where
 /// masses differ.
-fn back_off_of_step(model: &Model, cloth: &ClothRange) -> f32 {
-    let relative = model.timing.step_length / model.timing.unhurried;
-    if cloth.rates.is_empty() { 1.0 } else { relative.min(1.0).sqrt() as f32 }
+fn back_off_of_step(plan: &Plan, cloth: &ClothRange) -> f32 {
+    if cloth.rates.is_empty() { 1.0 } else { plan.relative.min(1.0).sqrt() as f32 }
 }
 
 /// How many cycles are sure not to be the last where such a part of the cloth is over its limit.

@@ -3,7 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-use super::{Adjacency, Numbering, PinGroup, Springs};
+use super::Paths;
+use crate::model::{Adjacency, Model, PinGroup};
 use crate::scene::SceneError;
 
 /// Pins of a group from which distances are measured; more would make large scenes slow to build.
@@ -15,8 +16,10 @@ const MOST_SOURCES: usize = 32;
 ///
 /// # Errors
 /// Names the two particles, their distance, the cloth's reach and the time.
-pub(super) fn check(groups: &[PinGroup], springs: &Springs, numbering: &Numbering, particles: usize) -> Result<(), SceneError> {
-    let moments: BTreeSet<u64> = groups.iter().flat_map(|group| &group.keyframes).map(|key| key.0.to_bits()).collect();
+pub(super) fn check(paths: &Paths, model: &Model) -> Result<(), SceneError> {
+    let (groups, springs, particles) = (&model.pins, &model.springs, model.particle_count());
+    let moments: BTreeSet<u64> =
+        (0..groups.len()).flat_map(|group| paths.track(group).times()).map(|time| time.to_bits()).collect();
     if moments.is_empty() {
         return Ok(());
     }
@@ -24,15 +27,15 @@ pub(super) fn check(groups: &[PinGroup], springs: &Springs, numbering: &Numberin
     let both = (0..springs.type1).map(steps).flat_map(|([a, b], length)| [(a, (b, length)), (b, (a, length))]);
     let graph = Adjacency::new(particles, both);
     for (index, one) in groups.iter().enumerate() {
-        let others: Vec<&PinGroup> = groups[index + 1..].iter().filter(|other| other.keyframes != one.keyframes).collect();
+        let others: Vec<usize> = (index + 1..groups.len()).filter(|&other| paths.track(other) != paths.track(index)).collect();
         if others.is_empty() {
             continue;
         }
         let stride = one.particles.len().div_ceil(MOST_SOURCES).max(1);
         for source in (0..one.particles.len()).step_by(stride) {
             let reach = distances(&graph, one.particles[source], particles);
-            for other in &others {
-                check_pair(one, source, other, &reach, &moments, numbering)?;
+            for &other in &others {
+                check_pair(paths, (index, source), other, &reach, &moments, model)?;
             }
         }
     }
@@ -40,19 +43,20 @@ pub(super) fn check(groups: &[PinGroup], springs: &Springs, numbering: &Numberin
 }
 
 fn check_pair(
-    one: &PinGroup,
-    source: usize,
-    other: &PinGroup,
+    paths: &Paths,
+    (one, source): (usize, usize),
+    other: usize,
     reach: &[f64],
     moments: &BTreeSet<u64>,
-    numbering: &Numbering,
+    model: &Model,
 ) -> Result<(), SceneError> {
+    let pins = |group: usize| -> &PinGroup { &model.pins[group] };
     for time in moments.iter().map(|&bits| f64::from_bits(bits)) {
-        for (target, &particle) in other.particles.iter().enumerate() {
-            let apart = f64::from(one.position(source, time).distance(other.position(target, time)));
+        for (target, &particle) in pins(other).particles.iter().enumerate() {
+            let apart = f64::from(paths.position(model, one, source, time).distance(paths.position(model, other, target, time)));
             let within = reach[particle as usize];
             if apart > within * (1.0 + 1e-6) {
-                let [a, b] = [one.particles[source], particle].map(|particle| numbering.vertex(particle));
+                let [a, b] = [pins(one).particles[source], particle].map(|particle| model.numbering.vertex(particle));
                 let problem = format!(
                     "infeasible: pins {a} and {b} are {apart:.3} m apart at {time} s, the cloth reaches {within:.3} m; \
                      move them less or raise strain_limit"

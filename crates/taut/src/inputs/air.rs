@@ -43,7 +43,8 @@ pub struct Air {
 
 impl Air {
     /// Prepares a wind.
-    pub(super) fn new(wind: &Wind) -> Self {
+    #[must_use]
+    pub fn new(wind: &Wind) -> Self {
         let (flows, uniform, fastest) = Flows::new(wind.elements.iter().filter_map(FlowElement::flow));
         let velocity = DVec3::from_array(wind.velocity) + uniform;
         let waves = wind.gust.as_ref().map_or_else(Vec::new, |gust| waves(velocity, gust.strength, gust.period, gust.seed));

@@ -1,0 +1,51 @@
+//! What comes with a step from outside: gravity, the moving air, where held particles go. A step reads it and never changes it.
+
+mod air;
+mod flow;
+mod paths;
+mod reach;
+mod track;
+
+use glam::DVec3;
+
+pub use air::{Air, OCTAVES, Wave};
+pub use flow::{Flows, Outflow, Vortex};
+pub use paths::Paths;
+pub use track::Track;
+
+use crate::model::{Model, Rates};
+use crate::scene::{Scene, SceneError, WindLaw};
+
+/// What acts on a model in a step. All of it may change from one step to the next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inputs {
+    /// Acceleration of gravity [m/s^2].
+    pub gravity: Track,
+    /// The moving air, if any.
+    pub air: Option<Air>,
+    /// Where the pins of the scene go.
+    pub pins: Paths,
+}
+
+impl Inputs {
+    /// What a scene asks for.
+    ///
+    /// # Errors
+    /// Pins move further apart than the cloth between them reaches.
+    pub fn new(scene: &Scene, model: &Model) -> Result<Self, SceneError> {
+        let pins = Paths::new(scene);
+        reach::check(&pins, model)?;
+        let gravity = Track::constant(DVec3::from_array(scene.gravity()));
+        Ok(Self { gravity, air: scene.wind.as_ref().map(Air::new), pins })
+    }
+
+    /// The largest rate at which the air slows a particle [1/s].
+    #[must_use]
+    pub fn drag(&self, rates: &Rates) -> f64 {
+        let wind = self.air.as_ref().map_or(0.0, |air| {
+            let [without_lift, with_lift] = rates.wind;
+            f64::from(air.density) * air.greatest_speed * if air.law == WindLaw::DragLift { with_lift } else { without_lift }
+        });
+        rates.still_air + wind
+    }
+}

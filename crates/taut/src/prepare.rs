@@ -1,0 +1,31 @@
+//! A scene becomes all that a simulation needs.
+
+use std::collections::BTreeMap;
+
+use crate::inputs::Inputs;
+use crate::model::{MeshData, Model};
+use crate::scene::{Scene, SceneError};
+use crate::schedule::Schedule;
+
+/// A scene, ready to be simulated.
+#[derive(Debug)]
+pub struct Prepared {
+    /// What is simulated.
+    pub model: Model,
+    /// What acts on it as long as nobody asks for anything else.
+    pub inputs: Inputs,
+    /// The steps that the scene asks for.
+    pub schedule: Schedule,
+}
+
+/// Builds the model of a scene; `meshes` holds the geometry of every mesh that the scene names.
+///
+/// # Errors
+/// A mesh is missing or unusable, a pin matches nothing, pins are out of the cloth's reach, the step is over its bound.
+pub fn prepare(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Prepared, SceneError> {
+    let mut model = Model::build(scene, meshes)?;
+    let inputs = Inputs::new(scene, &model)?;
+    let schedule = Schedule::new(scene, &model, &inputs)?;
+    model.warnings.extend(schedule.caution(&model));
+    Ok(Prepared { model, inputs, schedule })
+}

@@ -1,0 +1,182 @@
+//! The step that a scene asks for: chosen, or checked against its bound.
+
+use super::parts::{Plan, SAFETY, is_divided, scaled, spring_steps};
+use super::stability::{self, GROWTH_TIME, of_euler};
+use crate::geometry::{cbrt, power};
+use crate::inputs::Inputs;
+use crate::model::{ClothRange, Model, Rates};
+use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
+
+/// Longest step that "auto" takes where stability does not bound it [s], for the sake of the motion.
+const LONGEST: f64 = 1.0 / 60.0;
+/// Under limits tighter than this [1] it shrinks with their cube root.
+const ROOMY: f64 = 0.05;
+/// Where a particle has a part s of the mass of a cloth, "auto" takes 1 + 28 s times as many steps: it throws the cloth about, and
+/// single steps leave the motion. Measured (docs/decisions/coarse-to-fine.md).
+const HURRY: f64 = 28.0;
+/// What does not scale masses, networks, has a longest step of ..
+const LONGEST_UNSCALED: f64 = 1.0 / 120.0;
+/// .. if the limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
+/// filter that looks at the whole step only cannot stop them: one that takes back what many of them did leaves the cloth
+/// pressed together. So the step shrinks with the root of the limit, ..
+const ROOMY_UNSCALED: f64 = 0.1;
+/// .. and has no more than so many parts of the springs [1], if the limit ..
+const PARTS: f64 = 11.0;
+/// .. is at most this [1]; the wider it is, the more the springs bear themselves.
+const TIGHT: f64 = 0.05;
+
+/// More steps a frame than this are a mistake in the scene.
+const MOST_STEPS: f64 = 100_000.0;
+
+/// The steps of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Schedule {
+    /// Steps per frame.
+    pub substeps: u32,
+    /// Length of each of them [s].
+    pub step_length: f64,
+    /// Largest stable step under what the scene begins with [s]; infinite if nothing acts.
+    pub bound: f64,
+    /// What "auto" would take if springs took parts of it and no cloth were weighted at a point [s].
+    unhurried: f64,
+}
+
+impl Schedule {
+    /// The steps of a scene. Where springs and dampers take a step in parts, only the air bounds it.
+    ///
+    /// # Errors
+    /// The step that the scene asks for is over its bound, or "auto" would need too many.
+    pub fn new(scene: &Scene, model: &Model, inputs: &Inputs) -> Result<Self, SceneError> {
+        let (rates, cloths) = (&model.rates, &model.cloths);
+        let bound = bound(model, inputs);
+        let divided = is_divided(&scene.solver);
+        let frame = 1.0 / scene.fps;
+        let longest =
+            if divided { longest_divided(scene, rates, cloths, bound) } else { longest_whole(scene, rates, inputs, bound) };
+        // A frame that is a whole number of longest steps but for rounding needs no further one.
+        let steps = |longest: f64| (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
+        let unhurried = if divided { frame / steps(longest) } else { longest_scaled(scene) };
+        let enough = steps(if divided { longest / hurry(cloths) } else { longest });
+        let substeps = match scene.solver.substeps {
+            Substeps::Auto if enough > MOST_STEPS => {
+                let problem = format!(
+                    "\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness, bending or damping{}",
+                    remedy(scene)
+                );
+                return Err(SceneError::at("solver.substeps", problem));
+            }
+            Substeps::Auto => enough as u32,
+            Substeps::Count(count) => {
+                let step = frame / f64::from(count);
+                if step > bound && !scene.solver.force_step {
+                    let problem = format!(
+                        "the step of {:.4} ms is over the stability bound of {:.4} ms (springs, bending, damping, drag and wind); \
+                         use at least {enough}, or \"auto\", or set solver.force_step = true{}",
+                        step * 1e3,
+                        bound * 1e3,
+                        remedy(scene)
+                    );
+                    return Err(SceneError::with_value("solver.substeps", count, problem));
+                }
+                count
+            }
+        };
+        let step_length = frame / f64::from(substeps);
+        if divided {
+            let (parts, _) = spring_steps(step_length, rates);
+            if parts * f64::from(substeps) > MOST_STEPS {
+                let problem = format!("springs would need {parts} parts of each step; lower stiffness or bending");
+                return Err(SceneError::at("solver.substeps", problem));
+            }
+        }
+        Ok(Self { substeps, step_length, bound, unhurried })
+    }
+
+    /// Plans a step of `length` seconds.
+    #[must_use]
+    pub fn plan(&self, model: &Model, length: f64) -> Plan {
+        Plan::new(model, length, length / self.unhurried)
+    }
+
+    /// What is to be said about an integrator that lets vibrations grow; nothing about others.
+    #[must_use]
+    pub fn caution(&self, model: &Model) -> Option<String> {
+        let name = growing(model.solver.integrator)?;
+        Some(format!(
+            "solver.integrator = \"{name}\" lets every undamped vibration grow, however short the step; at its bound of {:.4} ms \
+             the fastest one by a factor e in {GROWTH_TIME} s; \"rk4\", \"verlet\" and \"euler\" do not",
+            self.bound * 1e3
+        ))
+    }
+}
+
+/// The largest stable step of a model under what acts on it [s]; infinite if nothing acts.
+fn bound(model: &Model, inputs: &Inputs) -> f64 {
+    let drag = inputs.drag(&model.rates);
+    if is_divided(&model.solver) { of_euler(0.0, drag) } else { stability::bound(&model.solver, &model.rates, drag) }
+}
+
+fn growing(integrator: IntegratorKind) -> Option<&'static str> {
+    match integrator {
+        IntegratorKind::ForwardEuler => Some("forward_euler"),
+        IntegratorKind::Midpoint => Some("midpoint"),
+        _ => None,
+    }
+}
+
+/// More to say where a step is refused.
+fn remedy(scene: &Scene) -> String {
+    growing(scene.solver.integrator).map_or_else(String::new, |name| {
+        format!(
+            "; {name:?} lets undamped vibrations grow at any step, and this bound keeps them to a factor e in {GROWTH_TIME} s: \
+             \"rk4\", \"verlet\" or \"euler\" take longer steps"
+        )
+    })
+}
+
+/// The tightest strain limit [1].
+fn tightest(scene: &Scene) -> f64 {
+    scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(1.0, f64::min)
+}
+
+/// The longest step of "auto" where masses can be scaled and the air does not bound it [s].
+fn longest_scaled(scene: &Scene) -> f64 {
+    LONGEST * cbrt(tightest(scene) / ROOMY).min(1.0)
+}
+
+/// The longest step of "auto" where it is divided further [s].
+fn longest_divided(scene: &Scene, rates: &Rates, cloths: &[ClothRange], bound: f64) -> f64 {
+    let limit = tightest(scene);
+    let scales = |step: f64| {
+        let (unscaled, _) = spring_steps(step, rates);
+        unscaled <= PARTS || scaled(step, unscaled, cloths).is_some()
+    };
+    let with_scaling = longest_scaled(scene).min(SAFETY * bound);
+    let longest = if cloths.iter().all(|cloth| !cloth.rates.is_empty()) && scales(with_scaling) {
+        with_scaling
+    } else {
+        let spring_step = SAFETY * of_euler(rates.frequency_squared, 0.0);
+        let parts = PARTS * power((limit / TIGHT).max(1.0), 2);
+        let by_limit = (LONGEST_UNSCALED * (limit / ROOMY_UNSCALED).sqrt()).min(parts * spring_step);
+        LONGEST_UNSCALED.min(by_limit.max(spring_step))
+    };
+    longest.min(SAFETY * bound)
+}
+
+/// How many times as many steps cloths take that are weighted at a point.
+fn hurry(cloths: &[ClothRange]) -> f64 {
+    let scaled = cloths.iter().filter(|cloth| !cloth.rates.is_empty());
+    (1.0 + HURRY * scaled.map(|cloth| cloth.heaviest).fold(0.0, f64::max)).round()
+}
+
+/// The longest step of "auto" that all forces take whole [s].
+fn longest_whole(scene: &Scene, rates: &Rates, inputs: &Inputs, bound: f64) -> f64 {
+    let by_constraints = matches!(scene.solver.filter, FilterKind::Rods | FilterKind::FastProjection | FilterKind::Xpbd);
+    let for_motion = by_constraints || scene.solver.integrator.is_implicit();
+    let longest = if for_motion { LONGEST_UNSCALED.min(SAFETY * bound) } else { SAFETY * bound };
+    if rates.resolved == rates.frequency_squared {
+        return longest;
+    }
+    // One pass of "xpbd" carries a load one spring further, as a step of explicit springs does.
+    longest.min(SAFETY * of_euler(rates.resolved, rates.damping + inputs.drag(rates)))
+}

@@ -1,0 +1,22 @@
+//! How long a step is, and in how many parts springs and dampers take it: every policy about steps, with its constants.
+
+mod choice;
+mod parts;
+mod stability;
+
+pub use choice::Schedule;
+pub use parts::{Plan, ScaledTiming};
+
+use crate::inputs::Inputs;
+use crate::model::Model;
+
+/// A step to be taken: of what, under what, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct Stride<'a> {
+    /// What moves.
+    pub model: &'a Model,
+    /// What acts on it from outside.
+    pub inputs: &'a Inputs,
+    /// How long the step is, and its parts.
+    pub plan: &'a Plan,
+}

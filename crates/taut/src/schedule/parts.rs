@@ -1,0 +1,141 @@
+//! A step of some length, planned: parts of the springs, stages of the dampers.
+
+use super::stability::of_euler;
+use crate::geometry::power;
+use crate::model::{ClothRange, LevelRate, Model, Rates, shares};
+use crate::scene::{FilterKind, IntegratorKind, Solver};
+
+/// Part of the bound that plans use: compression turns springs soft, impulses of a filter do not count.
+pub(super) const SAFETY: f64 = 0.9;
+/// The longest part of a step that springs with scaled masses take [s]: vibrations that are slower than this are as they should be.
+const SCALED_PART: f64 = 1.0 / 180.0;
+/// How much larger the largest eigenvalue of springs with scaled masses may be than that of each level, with its share.
+const OVERLAP: f64 = 1.25;
+
+/// The least part of its acceleration that an even load gives a cloth with scaled masses on the whole [1].
+const SETS_OUT: f64 = 0.9;
+
+/// Masses are not scaled unless that saves so many times the parts.
+const WORTH: f64 = 2.0;
+
+/// h g of the fastest mode, at least, where a filter looks at several parts of a step together [1]. It takes the displacement D
+/// of a step back and D / h from the velocity. A vibration of frequency w leaves the step with V cos(w h) and D = V sin(w h) / w,
+/// so that it is multiplied by cos(w h) - sin(w h) / (w h), which is up to 1.063: undamped, it would grow.
+const CALM: f64 = 1.2;
+
+/// A step of some length.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Plan {
+    /// h [s].
+    pub length: f64,
+    /// The same as a part of the step that "auto" takes if no cloth is weighted at a point [1].
+    pub relative: f64,
+    /// Equal parts of the step in which springs are followed before the filter looks at where they lead.
+    pub spring_steps: u32,
+    /// How far ahead of each part its springs look [s]: at X + V t instead of X, which damps what is faster than the step.
+    pub springs_ahead: f64,
+    /// Stages of the damping of the step.
+    pub damping_stages: u32,
+    /// How grids and meshes take the step, if with scaled masses.
+    pub scaled: Option<ScaledTiming>,
+}
+
+/// A step of springs and dampers with selectively scaled masses: in fewer parts than the fastest vibration needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScaledTiming {
+    /// Equal parts of the step.
+    pub parts: u32,
+    /// How far ahead of each part its springs look [s].
+    pub springs_ahead: f64,
+    /// The w^2 that a part bears from each level [1/s^2].
+    pub frequency_squared: f64,
+    /// The g that a step bears from each level [1/s]; none where dampers take it in stages, with the masses as they are.
+    pub damping: Option<f64>,
+}
+
+impl Plan {
+    /// A step of `length` seconds. Most filters look at every step of the springs. The coarse-to-fine filter takes longer steps of
+    /// the Euler method, within which springs and dampers go their own, shorter ones.
+    pub(super) fn new(model: &Model, length: f64, relative: f64) -> Self {
+        let rates = &model.rates;
+        if !is_divided(&model.solver) {
+            let damping_stages = u32::from(rates.damping > 0.0);
+            return Self { length, relative, spring_steps: 1, damping_stages, ..Self::default() };
+        }
+        let (spring_steps, springs_ahead) = spring_steps(length, rates);
+        let rate = length * rates.damping / SAFETY;
+        // s stages are stable up to h g = s^2 + s.
+        let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
+        let scaled = scaled(length, spring_steps, &model.cloths);
+        Self { length, relative, spring_steps: spring_steps as u32, springs_ahead, damping_stages, scaled }
+    }
+
+    /// Whether a cloth takes the step with scaled masses.
+    #[must_use]
+    pub fn scaled(&self, cloth: &ClothRange) -> Option<&ScaledTiming> {
+        self.scaled.as_ref().filter(|_| !cloth.rates.is_empty())
+    }
+
+    /// The parts in which springs take a cloth through the step.
+    #[must_use]
+    pub fn parts(&self, cloth: &ClothRange) -> u32 {
+        self.scaled(cloth).map_or(self.spring_steps, |scaled| scaled.parts)
+    }
+}
+
+/// Whether springs and dampers take the filter's step in parts.
+pub(super) fn is_divided(solver: &Solver) -> bool {
+    solver.filter == FilterKind::CoarseToFine && solver.integrator == IntegratorKind::Euler
+}
+
+/// How many parts of a step springs take as they are, and how far ahead they look [s].
+pub(super) fn spring_steps(step_length: f64, rates: &Rates) -> (f64, f64) {
+    let square = rates.frequency_squared;
+    let undivided = step_length <= SAFETY * of_euler(square, 0.0);
+    let ahead = if undivided || rates.damping * step_length >= CALM { 0.0 } else { CALM / step_length };
+    let parts = (step_length / (SAFETY * of_euler(square, ahead))).ceil().max(1.0);
+    (parts, if ahead > 0.0 { ahead / square } else { 0.0 })
+}
+
+/// Parts of the springs with scaled masses: as few as vibrations that must be seen allow, those of the coarsest levels, whose
+/// masses are never scaled, and what is held; nothing if that is not much fewer than `unscaled` (docs/equations.md, "Scaled masses").
+pub(super) fn scaled(step_length: f64, unscaled: f64, cloths: &[ClothRange]) -> Option<ScaledTiming> {
+    let coarsest = |of: fn(&LevelRate) -> f64| cloths.iter().filter_map(|cloth| cloth.rates.last()).map(of).fold(0.0, f64::max);
+    let (slowest, damping) = (coarsest(|rate| rate.frequency_squared), coarsest(|rate| rate.damping));
+    let mut parts = (step_length / SCALED_PART * (1.0 - 1e-9)).ceil().max(1.0);
+    if bears(step_length, parts) < OVERLAP * slowest {
+        // bears() solved for the parts.
+        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * CALM, OVERLAP * slowest * power(step_length, 2));
+        parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
+    }
+    while WORTH * parts <= unscaled
+        && cloths.iter().any(|cloth| moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < SETS_OUT)
+    {
+        parts = (1.25 * parts).ceil();
+    }
+    let frequency_squared = bears(step_length, parts);
+    (WORTH * parts <= unscaled).then(|| ScaledTiming {
+        parts: parts as u32,
+        springs_ahead: calm(parts) / (step_length * frequency_squared),
+        frequency_squared: frequency_squared / OVERLAP,
+        damping: Some(1.0 / (OVERLAP * step_length)).filter(|bears| damping <= *bears),
+    })
+}
+
+/// The part of its acceleration that an even load gives a cloth on the whole, if a w^2 of `borne` is borne [1]: levels whose
+/// particles are tied to what is held give nothing there.
+fn moved_by_even_load(cloth: &ClothRange, borne: f64) -> f64 {
+    let shares = shares(borne, cloth.rates.iter().map(|rate| rate.frequency_squared));
+    if shares.is_empty() { 1.0 } else { shares.iter().zip(&cloth.rates).map(|(share, rate)| share * rate.moving).sum() }
+}
+
+/// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = calm / H.
+fn bears(step_length: f64, parts: f64) -> f64 {
+    let part = step_length / parts;
+    (power(2.0 * SAFETY, 2) - 2.0 * part * calm(parts) / step_length) / power(part, 2)
+}
+
+/// In a single part no vibration is faster than the step.
+fn calm(parts: f64) -> f64 {
+    if parts == 1.0 { 0.0 } else { CALM }
+}
