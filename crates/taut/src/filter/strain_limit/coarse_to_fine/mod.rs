@@ -90,6 +90,7 @@ impl StrainLimit for CoarseToFine {
             limited.sweeps += done.sweeps;
             limited.cuts += done.cuts;
             limited.held_back_pins += done.held_back_pins;
+            limited.lost_motion = limited.lost_motion.max(done.lost_motion);
         }
         limited
     }
@@ -151,8 +152,9 @@ impl Unit {
         self.levels.store(&state.positions, ends, corrections, pool);
         let rate = impulse::rate(model, &self.cloth, &state.velocities, corrections, frame, &mut self.products, pool);
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
-        let verdict = self.certificate.enforce(model, state, ends, frame, pool);
+        let verdict = self.certificate.enforce(model, state, ends, frame, model.timing.step_length as f32, pool);
         limited.cuts = u32::from(verdict.cut);
+        limited.lost_motion = verdict.lost_motion;
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
     }
