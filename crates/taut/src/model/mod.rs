@@ -10,6 +10,7 @@ mod lattice;
 mod mesh;
 mod network;
 mod numbering;
+mod origin;
 mod part;
 mod pins;
 mod rates;
@@ -29,6 +30,7 @@ pub use hierarchy::{Hierarchy, Parents, coarse_grid, shares};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use numbering::Numbering;
+pub use origin::Origin;
 pub use pins::PinGroup;
 pub use rates::Rates;
 pub use springs::{SpringKind, Springs};
@@ -42,6 +44,8 @@ use crate::scene::Solver;
 pub struct Model {
     /// Where each cloth's particles are, in the scene's order.
     pub cloths: Vec<ClothRange>,
+    /// Where the coordinates of each cloth begin.
+    pub origins: Vec<Origin>,
     /// Which particle each of the user's vertices is.
     pub numbering: Numbering,
     /// The particles of all cloths.
@@ -125,7 +129,7 @@ impl ClothRange {
 /// The particles of all cloths.
 #[derive(Debug, Default)]
 pub struct Particles {
-    /// Positions at the start, where all springs are at rest [m].
+    /// Positions at the start, from the origin of their cloth, where all springs are at rest [m].
     pub rest: Vectors,
     /// Mass [kg].
     pub mass: Vec<f32>,
@@ -190,6 +194,16 @@ pub struct Link {
 }
 
 impl Model {
+    /// The cloth that a particle belongs to.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    #[must_use]
+    pub fn cloth_of(&self, particle: usize) -> usize {
+        let cloth = self.cloths.iter().position(|cloth| cloth.particles().contains(&particle));
+        cloth.expect("every particle belongs to a cloth")
+    }
+
     /// The number of particles.
     #[must_use]
     pub fn particle_count(&self) -> usize {
