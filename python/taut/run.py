@@ -123,8 +123,9 @@ def _move_to(simulation: Simulation, cache: Cache, frame: int) -> None:
 
 
 def _frame(simulation: Simulation, ms: float) -> Frame:
-    state = simulation.positions, simulation.velocities
-    return Frame(*state, simulation.report, ms, simulation.state_hash, simulation.past)
+    state, past = (simulation.positions, simulation.velocities), simulation.past
+    # Of what is kept: the hash of a simulation counts pins that a user moved as well.
+    return Frame(*state, simulation.report, ms, _taut.state_hash(*state, past), past)
 
 
 def _header(simulation: Simulation) -> Header:

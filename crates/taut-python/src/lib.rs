@@ -3,6 +3,9 @@
 mod arrays;
 mod engine;
 mod memory;
+mod pools;
+mod report;
+mod turns;
 mod yardstick;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};

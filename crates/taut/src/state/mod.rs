@@ -4,8 +4,8 @@ mod clock;
 mod snapshot;
 mod stretch;
 
-use glam::Vec3;
-use xxhash_rust::xxh3::Xxh3;
+use glam::{DVec3, Vec3};
+use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
 pub use clock::Clock;
 pub use snapshot::SnapshotError;
@@ -25,6 +25,25 @@ pub struct State {
     pub clock: Clock,
     /// What a two-step integrator remembers.
     pub past: Past,
+    /// How far each pin group of the model is off its path.
+    pub offsets: Vec<Offset>,
+}
+
+/// A pin group on its way to a place beside its path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Offset {
+    /// How far it is off its path [m].
+    pub now: DVec3,
+    /// Where it was last asked to go [m], and the part of its speed that the cloth followed lately [1].
+    pub target: DVec3,
+    /// See `target`.
+    pub pace: f64,
+}
+
+impl Default for Offset {
+    fn default() -> Self {
+        Self { now: DVec3::ZERO, target: DVec3::ZERO, pace: 1.0 }
+    }
 }
 
 /// The last step, as a two-step integrator needs it; empty with all others, and zero before the first step.
@@ -64,6 +83,13 @@ pub struct Moment<'a> {
     pub time: f64,
 }
 
+impl Offset {
+    fn numbers(&self) -> [f64; 7] {
+        let Self { now, target, pace } = self;
+        [now.x, now.y, now.z, target.x, target.y, target.z, *pace]
+    }
+}
+
 impl State {
     /// The model at rest where the scene put it.
     #[must_use]
@@ -74,7 +100,7 @@ impl State {
     /// The model at some place; a two-step integrator starts anew.
     #[must_use]
     pub fn at(model: &Model, positions: Vectors, velocities: Vectors, clock: Clock) -> Self {
-        Self { positions, velocities, clock, past: Past::none(model) }
+        Self { positions, velocities, clock, past: Past::none(model), offsets: vec![Offset::default(); model.pins.len()] }
     }
 
     /// Time since the start [s].
@@ -97,6 +123,7 @@ impl State {
         self.past.gains.copy_on(&other.past.gains, pool);
         self.past.length = other.past.length;
         self.clock = other.clock;
+        self.offsets.clone_from(&other.offsets);
     }
 
     /// The state with its vectors in the order of the user's vertices.
@@ -114,14 +141,18 @@ impl State {
     fn reordered(&self, order: impl Fn(&Vectors) -> Vectors) -> Self {
         let Past { displacements, gains, length } = &self.past;
         let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
-        Self { positions: order(&self.positions), velocities: order(&self.velocities), clock: self.clock, past }
+        let (clock, offsets) = (self.clock, self.offsets.clone());
+        Self { positions: order(&self.positions), velocities: order(&self.velocities), clock, past, offsets }
     }
 
-    /// XXH3 hash of all positions, then all velocities and then the past, if any, each as x, y, z in little-endian `f32`.
+    /// XXH3 hash of all positions, then all velocities and then the past, if any, each as x, y, z in little-endian `f32`; offsets that
+    /// pins have count as well.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let past = self.past.displacements.iter().chain(self.past.gains.iter());
-        hash_vectors(self.positions.iter().chain(self.velocities.iter()).chain(past))
+        let hash = hash_vectors(self.positions.iter().chain(self.velocities.iter()).chain(past));
+        let moved = self.offsets.iter().filter(|offset| **offset != Offset::default());
+        moved.flat_map(Offset::numbers).fold(hash, |hash, number| hash.rotate_left(17) ^ xxh3_64(&number.to_le_bytes()))
     }
 }
 
