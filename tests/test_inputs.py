@@ -1,8 +1,10 @@
 """What comes with a step: wind, gravity, held vertices, its length; and what is left after a failure."""
 
 import signal
+import struct
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -226,3 +228,80 @@ def test_simulations_of_one_process_share_their_threads(scene: dict[str, Any]) -
     alone = Simulation(Scene(scene), threads=1)
     alone.step(50)
     assert {simulation.state_hash for simulation in simulations} == {alone.state_hash}
+
+
+def places(frames: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The left edge of the cloth, row by row, raised by 1 cm a frame and leaning over."""
+    edge = np.array([[0.0, 0.0, 0.1 * row] for row in range(5)])
+    ways = np.array([[0.005 * frame, 0.0, 0.01 * frame] for frame in range(frames)])
+    return edge[None] + ways[:, None]
+
+
+@pytest.mark.parametrize("kind", ["array", "npy", "pc2"])
+def test_pins_follow_an_array(scene: dict[str, Any], kind: str, tmp_path: Path) -> None:
+    path = places(7)
+    name = f"path.{'npy' if kind == 'array' else kind}"
+    scene["cloth"][0]["pins"] = [{"edge": "left", "follow": name}]
+    given = None
+    if kind == "array":
+        given = {name: path}
+    elif kind == "npy":
+        np.save(tmp_path / name, path)
+    else:
+        head = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, 5, 0.0, 1.0, 7)
+        (tmp_path / name).write_bytes(head + path.astype("<f4").tobytes())
+    simulation = Simulation(Scene(scene, folder=tmp_path, paths=given), threads=1)
+    pins = simulation.pin_groups[0]
+    for frame in range(1, 10):
+        simulation.run(1)
+        np.testing.assert_allclose(simulation.positions[pins], path[min(frame, 6)], atol=1e-6)
+    assert simulation.paths[name][0].shape == (7, 5, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("path.npy", None, "there is no file"),
+        ("path.txt", b"1 2 3", "must be an .npy or .pc2 file"),
+        ("path.npy", b"nonsense", "cannot be read"),
+        ("path.pc2", b"nonsense", "is not a PC2 file"),
+        ("path.npy", np.zeros((3, 5)), r"has shape \(3, 5\)"),
+        ("path.npy", np.zeros((3, 4, 3)), "places of 4 vertices, the pin holds 5"),
+        ("path.npy", np.zeros((3, 5, 3)), "at time 0 a pin is where the cloth is"),
+    ],
+)
+def test_paths_that_cannot_be_followed_are_refused(
+    scene: dict[str, Any], name: str, content: Any, words: str, tmp_path: Path
+) -> None:
+    scene["cloth"][0]["pins"] = [{"edge": "left", "follow": name}]
+    if isinstance(content, bytes):
+        (tmp_path / name).write_bytes(content)
+    elif content is not None:
+        np.save(tmp_path / name, content)
+    with pytest.raises(SceneError, match=words) as caught:
+        Simulation(Scene(scene, folder=tmp_path))
+    assert f"cloth[0].pins[0].follow = {name!r}" in str(caught.value).replace('"', "'")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"gravity_keyframes": [[0.0, [0, 0, 0]]]}, r"gravity_keyframes\[0\] = 0: times must be above 0"),
+        ({"wind": {"keyframes": [[1, [1, 0, 0]], [1, [2, 0, 0]]]}}, r"wind.keyframes\[1\] = 1: times must"),
+        ({"wind": {"keyframes": [[1, [1e9, 0, 0]]]}}, r"wind.keyframes\[0\]"),
+    ],
+)
+def test_keyframes_out_of_order_are_refused(scene: dict[str, Any], change: Any, words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        Scene({**scene, **change})
+
+
+def test_a_strain_limit_that_tightens_is_kept(scene: dict[str, Any]) -> None:
+    cloth = scene["cloth"][0]
+    cloth |= {"strain_limit": 0.12, "strain_limit_keyframes": [[1.0, 0.02]], "stiffness": 2.0}
+    simulation = Simulation(Scene(scene), threads=1)
+    for frame in range(1, 90):
+        limit = max(0.02, 0.12 - 0.1 * frame / 60)
+        assert simulation.run(1).worst_stretch <= limit + 1e-4
+    with pytest.raises(SceneError, match=r"strain_limit_keyframes\[0\] = 2"):
+        Scene({**scene, "cloth": [{**cloth, "strain_limit_keyframes": [[1.0, 2.0]]}]})

@@ -100,12 +100,20 @@ class Engine:
         scene: a scene as JSON (resolved or not).
         meshes: for every ``mesh`` path that the scene names, its geometry.
         threads: worker threads; results do not depend on it. ``None``: all cores.
+        paths: for every array that a pin of the scene follows its places [m], shape (frames, vertices, 3),
+            and its frames per second; ``None``: those of the scene.
 
     Raises:
         SceneError: the scene or a mesh cannot be simulated.
     """
 
-    def __new__(cls, scene: str, meshes: dict[str, _Mesh], threads: int | None = None) -> Engine: ...
+    def __new__(
+        cls,
+        scene: str,
+        meshes: dict[str, _Mesh],
+        threads: int | None = None,
+        paths: dict[str, tuple[NDArray[np.float64], float | None]] | None = None,
+    ) -> Engine: ...
     @property
     def scene(self) -> str:
         """The resolved scene as JSON."""

@@ -143,7 +143,8 @@ def _header(simulation: Simulation) -> Header:
         "substeps": simulation.substeps,
         "step_length": simulation.step_length,
         "threads": simulation.threads,
-        "meshes": {name: mesh_hash(mesh) for name, mesh in simulation.meshes.items()},
+        "meshes": {name: mesh_hash(mesh) for name, mesh in simulation.meshes.items()}
+        | {name: mesh_hash((places,)) for name, (places, _) in simulation.paths.items()},
     }
     arrays: dict[str, NDArray[Any]] = {
         "faces": simulation.faces,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from taut._taut import Engine
 from taut.arrays import chosen, read_only, single, triple, world_places
 from taut.report import Report
-from taut.scene import Mesh, Scene
+from taut.scene import FollowedPath, Mesh, Scene
 from taut.scene.plain import plain
 
 MOST_THREADS = 1024
@@ -50,7 +50,8 @@ class Simulation:
             raise ValueError(f"threads = {threads}: must be 1 to {MOST_THREADS}, or None for all cores")
         self._scene = scene
         self._meshes, repairs = scene.read_meshes()
-        self._engine = Engine(scene.to_json(), self._meshes, threads)
+        self._paths = scene.read_paths()
+        self._engine = Engine(scene.to_json(), self._meshes, threads, self._paths)
         self._warnings = repairs + [text for text in self._engine.warnings if text not in repairs]
         shape = (self._engine.vertex_count, 3)
         self._state = np.empty(shape, np.float32), np.empty(shape, np.float32)
@@ -69,6 +70,11 @@ class Simulation:
     def meshes(self) -> Mapping[str, Mesh]:
         """Geometry of the meshes that the scene names: vertices, corners and counts of the faces."""
         return self._meshes
+
+    @property
+    def paths(self) -> Mapping[str, FollowedPath]:
+        """The arrays that pins of the scene follow: places [m] and frames per second, if not the scene's."""
+        return self._paths
 
     @property
     def warnings(self) -> list[str]:
@@ -122,7 +128,7 @@ class Simulation:
 
     @cached_property
     def strain_limit(self) -> NDArray[np.float32]:
-        """Largest stretch allowed of each spring [1], infinite for none; shape (springs,), read-only."""
+        """Largest stretch of each spring at the start [1], infinite for none; shape (springs,), read-only."""
         return read_only(self._engine.strain_limit)
 
     @cached_property
@@ -303,8 +309,8 @@ class Simulation:
     def wind(self) -> dict[str, Any] | None:
         """The wind, with the fields that a scene gives it; ``None``: the air is at rest.
 
-        Assign such a mapping, a velocity [m/s] (what else there is of the wind stays), or ``None``; it
-        blows from the next step on. A change costs nothing.
+        Assign such a mapping, a velocity [m/s] (all but its keyframes stays), or ``None``; it blows from
+        the next step on. A change costs nothing.
         """
         wind = self._engine.wind
         return None if wind is None else dict(json.loads(wind))
@@ -315,7 +321,7 @@ class Simulation:
             self._engine.wind = None
             return
         if not isinstance(value, Mapping):
-            value = {**(self.wind or {}), "velocity": triple("wind", value)}
+            value = {**(self.wind or {}), "velocity": triple("wind", value), "keyframes": []}
         self._engine.wind = json.dumps(plain(dict(value), "wind"))
 
     def shift_pins(self, group: int, offset: ArrayLike, speed: float) -> None:

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadwriteArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadwriteArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use taut::geometry::Vectors;
+use taut::inputs::Followed;
 use taut::model::MeshData;
 use taut::state::hash_of;
 
@@ -84,8 +86,29 @@ pub fn rows_mut<'a>(name: &str, array: &'a mut PyReadwriteArray2<'_, f32>) -> Py
 type MeshArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<i64>>);
 
 /// The meshes of a scene.
-pub fn meshes(given: BTreeMap<String, MeshArrays<'_>>) -> PyResult<BTreeMap<String, MeshData>> {
-    given.into_iter().map(|(name, arrays)| mesh(&name, &arrays).map(|mesh| (name, mesh))).collect()
+pub fn meshes(given: &Bound<'_, PyDict>) -> PyResult<BTreeMap<String, MeshData>> {
+    given
+        .extract::<BTreeMap<String, MeshArrays<'_>>>()?
+        .into_iter()
+        .map(|(name, arrays)| mesh(&name, &arrays).map(|mesh| (name, mesh)))
+        .collect()
+}
+
+/// places (frames, vertices, 3) float64, frames per second or none.
+type FollowedArray<'py> = (Bound<'py, PyArray3<f64>>, Option<f64>);
+
+/// The arrays that pins of a scene follow.
+pub fn followed(given: Option<&Bound<'_, PyDict>>) -> PyResult<BTreeMap<String, Followed>> {
+    let given = given.map_or_else(|| Ok(BTreeMap::new()), |given| given.extract::<BTreeMap<String, FollowedArray<'_>>>())?;
+    let read = |(name, (array, rate)): (String, FollowedArray<'_>)| {
+        if array.shape()[2] != 3 {
+            return Err(PyValueError::new_err(format!("paths[{name:?}] must have shape (frames, vertices, 3)")));
+        }
+        let (vertices, array) = (array.shape()[1], array.try_readonly()?);
+        let places = array.as_array().rows().into_iter().map(|row| DVec3::new(row[0], row[1], row[2])).collect();
+        Ok((name, Followed { vertices, places, rate }))
+    };
+    given.into_iter().map(read).collect()
 }
 
 fn mesh(name: &str, (vertices, corners, counts): &MeshArrays<'_>) -> PyResult<MeshData> {

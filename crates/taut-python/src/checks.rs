@@ -35,3 +35,12 @@ pub fn duration(name: &str, time: f64) -> PyResult<()> {
 pub fn scene_with(fields: &str) -> PyResult<Scene> {
     Scene::from_json(&format!(r#"{{ {fields}, "cloth": [{{ "grid": {{}} }}] }}"#)).map_err(scene_error)
 }
+
+/// The number of threads that is asked for.
+pub fn workers(threads: Option<usize>) -> PyResult<usize> {
+    match threads {
+        Some(0) => Err(PyValueError::new_err("threads = 0: must be at least 1, or None for all cores")),
+        Some(threads) => Ok(threads),
+        None => Ok(std::thread::available_parallelism().map_or(1, usize::from)),
+    }
+}

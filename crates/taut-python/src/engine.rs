@@ -1,6 +1,5 @@
 //! A model, its state and its workspace as one Python object.
 
-use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Mutex, PoisonError};
 use std::thread::{self, ThreadId};
@@ -19,7 +18,7 @@ use taut::schedule::Schedule;
 use taut::state::{Clock, Past, State};
 use taut::step::{Work, admit, external};
 
-use crate::checks::{below, duration, movable, scene_with};
+use crate::checks::{below, duration, movable, scene_with, workers};
 use crate::report::report;
 use crate::turns::Turns;
 use crate::{SimulationError, arrays, pools, scene_error, yardstick};
@@ -111,16 +110,19 @@ impl Engine {
 #[pymethods]
 impl Engine {
     #[new]
-    #[pyo3(signature = (scene, meshes, threads=None))]
-    fn new(py: Python<'_>, scene: &str, meshes: &Bound<'_, PyDict>, threads: Option<usize>) -> PyResult<Self> {
-        let meshes = arrays::meshes(meshes.extract::<BTreeMap<_, _>>()?)?;
-        if threads == Some(0) {
-            return Err(PyValueError::new_err("threads = 0: must be at least 1, or None for all cores"));
-        }
-        let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    #[pyo3(signature = (scene, meshes, threads=None, paths=None))]
+    fn new(
+        py: Python<'_>,
+        scene: &str,
+        meshes: &Bound<'_, PyDict>,
+        threads: Option<usize>,
+        paths: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let (meshes, followed) = (arrays::meshes(meshes)?, arrays::followed(paths)?);
+        let threads = workers(threads)?;
         py.detach(|| {
             let scene = Scene::from_json(scene).map_err(scene_error)?;
-            let Prepared { model, inputs, schedule } = prepare(&scene, &meshes).map_err(scene_error)?;
+            let Prepared { model, inputs, schedule } = prepare(&scene, &meshes, &followed).map_err(scene_error)?;
             let state = State::new(&model);
             let work = Work::with_pool(&model, &schedule, pools::shared(threads));
             let running = Running { state, inputs, wind: scene.wind.clone(), work };

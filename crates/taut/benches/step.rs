@@ -25,7 +25,7 @@ fn flag(filter: &str, wind: Value) -> (Prepared, State) {
         "solver": { "filter": filter, "iterations": 20 },
     });
     let scene = Scene::from_json(&scene.to_string()).expect("a valid scene");
-    let prepared = prepare(&scene, &BTreeMap::new()).expect("a model");
+    let prepared = prepare(&scene, &BTreeMap::new(), &BTreeMap::new()).expect("a model");
     let Prepared { model, inputs, schedule } = &prepared;
     let mut state = State::new(model);
     let mut work = Work::new(model, schedule, 1);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::inputs::Inputs;
+use crate::inputs::{Followed, Inputs};
 use crate::model::{MeshData, Model};
 use crate::scene::{Scene, SceneError};
 use crate::schedule::Schedule;
@@ -18,13 +18,18 @@ pub struct Prepared {
     pub schedule: Schedule,
 }
 
-/// Builds the model of a scene; `meshes` holds the geometry of every mesh that the scene names.
+/// Builds the model of a scene; `meshes` holds the geometry of every mesh that the scene names, `followed` the arrays that its pins
+/// follow.
 ///
 /// # Errors
 /// A mesh is missing or unusable, a pin matches nothing, pins are out of the cloth's reach, the step is over its bound.
-pub fn prepare(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Prepared, SceneError> {
+pub fn prepare(
+    scene: &Scene,
+    meshes: &BTreeMap<String, MeshData>,
+    followed: &BTreeMap<String, Followed>,
+) -> Result<Prepared, SceneError> {
     let mut model = Model::build(scene, meshes)?;
-    let inputs = Inputs::new(scene, &model)?;
+    let inputs = Inputs::new(scene, &model, followed)?;
     let schedule = Schedule::new(scene, &model, &inputs)?;
     model.warnings.extend(schedule.cautions(&model).collect::<Vec<_>>());
     Ok(Prepared { model, inputs, schedule })

@@ -6,7 +6,7 @@ use crate::filter::{self, Filter};
 use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
 use crate::health::{self, Glance, Health, StateReport, StepReport};
-use crate::inputs::Inputs;
+use crate::inputs::{Inputs, Ramp};
 use crate::integrate::{self, Integrator};
 use crate::model::Model;
 use crate::schedule::{Plan, Schedule, Stride};
@@ -14,9 +14,10 @@ use crate::state::State;
 
 /// The workspace of a simulation: allocated once, and anew where other particles are held. Never part of a result.
 pub struct Work {
-    /// The model with what a user holds, if that is anything, and which particles these are.
+    /// The model with what a user holds and with limits that have changed, if there are any; and what these are.
     as_held: Option<Model>,
     held: Vec<u32>,
+    limits: Vec<Option<f32>>,
     forces: Forces,
     integrator: Integrator,
     filter: Filter,
@@ -45,6 +46,7 @@ impl Work {
         Self {
             as_held: None,
             held: Vec::new(),
+            limits: vec![None; model.cloths.len()],
             forces: Forces::new(model),
             integrator: Integrator::new(model, &plan),
             filter: Filter::new(model, &plan),
@@ -78,9 +80,38 @@ impl Work {
         }
     }
 
+    /// Follows the strain limits that change, frame by frame: those at the end of the frame in which `time` lies [s]. The filter is
+    /// made anew when they do.
+    fn follow_limits(&mut self, model: &Model, inputs: &Inputs, time: f64) {
+        if !inputs.limits.iter().any(Ramp::changes) {
+            return;
+        }
+        let frame = self.schedule.frame();
+        let end = (time / frame * (1.0 - 1e-9)).ceil() * frame;
+        let mut changed = false;
+        for (cloth, (limit, ramp)) in
+            self.limits.iter_mut().zip(&inputs.limits).enumerate().filter(|(_, (_, ramp))| ramp.changes())
+        {
+            let now = ramp.at(end) as f32;
+            if *limit != Some(now) {
+                *limit = Some(now);
+                self.as_held.get_or_insert_with(|| model.clone()).set_limit(cloth, now);
+                changed = true;
+            }
+        }
+        if let (true, Some(model)) = (changed, &self.as_held) {
+            self.filter = Filter::new(model, &self.plan);
+        }
+    }
+
     /// Makes anew what may remember a step: after one that failed nothing of it is left.
     pub(crate) fn renew(&mut self, model: &Model) {
         self.as_held = (!self.held.is_empty()).then(|| model.holding(&self.held));
+        for (cloth, limit) in self.limits.iter().enumerate() {
+            if let Some(limit) = *limit {
+                self.as_held.get_or_insert_with(|| model.clone()).set_limit(cloth, limit);
+            }
+        }
         let model = self.as_held.as_ref().unwrap_or(model);
         let plan = self.schedule.plan(model, self.schedule.step_length);
         self.forces = Forces::new(model);
@@ -100,6 +131,7 @@ impl Work {
 /// Advances by one step of `dt` seconds under what acts from outside.
 pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
     work.follow(model, inputs); // what is held -> levels
+    work.follow_limits(model, inputs, state.clock.next(dt).time());
     work.plan(model, dt); // dt -> parts of the step
     let Work { as_held, forces, integrator, filter, pool, plan, ends, .. } = work;
     let stride = Stride { model: as_held.as_ref().unwrap_or(model), inputs, plan };
@@ -139,6 +171,7 @@ pub fn external<'a>(model: &Model, state: &State, inputs: &Inputs, work: &'a mut
 /// Moves the particles of a state from elsewhere until no spring is over its limit; see [`filter::admit`].
 pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work) {
     work.follow(model, inputs);
+    work.follow_limits(model, inputs, state.time());
     let Work { as_held, filter, pool, plan, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
     pool.install(|| filter::admit(Stride { model, inputs, plan }, state, filter, pool));

@@ -111,7 +111,7 @@ fn nowhere_is_the_air_faster_than_the_step_reckons_with() {
     };
     let (calm, blown) = (model(&scene(json!([]))), model(&scene(elements)));
     let air = blown.inputs.air.as_ref().expect("wind");
-    assert_eq!(air.velocity, Vec3::new(3.0, 1.0, 0.0));
+    assert_eq!(air.velocity(0.0), Vec3::new(3.0, 1.0, 0.0));
     let gusts: f64 = air.waves.iter().map(|wave| f64::from(wave.amplitude.length())).sum();
     let cores = 1.7 / (TAU * 0.1) + 0.8 / (4.0 * PI * 0.04);
     assert!((air.greatest_speed - (10.0_f64.sqrt() + gusts + cores)).abs() < 1e-6, "{} m/s", air.greatest_speed);

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from taut.report import Report
-from taut.scene import Mesh
 
 
 @dataclass(frozen=True)
@@ -53,8 +52,8 @@ class Frame:
     """:attr:`taut.Simulation.local_positions`, shape (vertices, 3); nothing if they are the positions."""
 
 
-def mesh_hash(mesh: Mesh) -> str:
-    """SHA-256 of a mesh's geometry, as hexadecimal digits."""
+def mesh_hash(mesh: tuple[NDArray[Any], ...]) -> str:
+    """SHA-256 of the arrays of a mesh or of a path, as hexadecimal digits."""
     digest = hashlib.sha256()
     for array in mesh:
         digest.update(f"{array.dtype.str}{array.shape}".encode())

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from taut import _taut
 from taut.errors import SceneError
 from taut.scene.meshes import Mesh, check_arrays, read_meshes
+from taut.scene.paths import FollowedPath, check_path, read_paths
 from taut.scene.plain import plain
 from taut.scene.settings import apply_setting
 from taut.scene.shipped import find_scene
@@ -26,6 +27,7 @@ class Scene:
         meshes: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
         folder: str | Path | None = None,
         sandbox: bool = False,
+        paths: Mapping[str, ArrayLike] | None = None,
     ) -> None:
         """Check a scene given as a dict; :meth:`load` reads a file.
 
@@ -34,13 +36,18 @@ class Scene:
             meshes: geometry for the ``mesh`` names of cloths, so that no file is read: for each name a
                 pair of vertices [m], shape (vertices, 3), and faces, shape (faces, 3) or (faces, 4), from 0.
             folder: where mesh paths start; the current folder when left out.
-            sandbox: for documents from elsewhere: no mesh outside that folder is read.
+            sandbox: for documents from elsewhere: no mesh or path outside that folder is read.
+            paths: arrays for the ``follow`` names of pins, so that no file is read: for each name places [m],
+                shape (frames, pinned vertices, 3).
 
         Raises:
             SceneError: a field is unknown, misspelt, of the wrong type or out of range.
         """
         checked = {name: check_arrays(name, mesh) for name, mesh in (meshes or {}).items()}
         self._sandbox = sandbox
+        self._paths = {
+            name: (check_path(f"paths[{name!r}]", path), None) for name, path in (paths or {}).items()
+        }
         self._resolve(plain(document), checked, Path.cwd() if folder is None else Path(folder))
 
     def _resolve(self, given: dict[str, Any], meshes: Mapping[str, Mesh], folder: Path) -> None:
@@ -138,3 +145,11 @@ class Scene:
             SceneError: a mesh is missing or cannot be read; in a sandbox it lies outside the scene's folder.
         """
         return read_meshes(self._document, self._folder, self._meshes, self._sandbox)
+
+    def read_paths(self) -> dict[str, FollowedPath]:
+        """Places of every array that a pin follows [m], and its frames per second, if not the scene's.
+
+        Raises:
+            SceneError: a file is missing or no such array; in a sandbox it lies outside the scene's folder.
+        """
+        return read_paths(self._document, self._folder, self._paths, self._sandbox)

@@ -55,13 +55,14 @@ impl Wind {
         if self.relative.is_empty() {
             *self = Self::new(model);
         }
+        let strength = air.gusts(moment.time);
         for (cloth, &origin) in model.cloths.iter().zip(moment.origins) {
             for (phase, wave) in self.phases.iter_mut().zip(&air.waves) {
                 let here = wave.turns_per_metre.as_dvec3().dot(origin);
                 *phase = (wave.phase + here - wave.turns_per_second * moment.time).rem_euclid(1.0) as f32;
             }
-            let phases = &self.phases;
-            let each = |mut chunk: VectorsChunk<'_>| relative_velocity(&mut chunk, air, phases, origin, moment);
+            let gusts = Gusts { waves: &air.waves, phases: &self.phases, strength };
+            let each = |mut chunk: VectorsChunk<'_>| relative_velocity(&mut chunk, air, gusts, origin, moment);
             self.relative.for_each_chunk_of(cloth.particles(), pool, each);
         }
         let mut panels = std::mem::take(&mut self.panels);
@@ -188,23 +189,33 @@ fn inertia_of_panel(model: &Model, panel: usize) -> f32 {
     1.0 / distinct.iter().map(give).sum::<f32>()
 }
 
+/// The gusts at one moment.
+#[derive(Clone, Copy)]
+struct Gusts<'a> {
+    waves: &'a [Wave],
+    /// [turns]
+    phases: &'a [f32],
+    /// The part of their amplitudes that they have [1].
+    strength: f32,
+}
+
 /// V_rel = V - W(X), W being the mean wind, the gusts and the flows.
-fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], origin: DVec3, moment: Moment<'_>) {
+fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, gusts: Gusts<'_>, origin: DVec3, moment: Moment<'_>) {
     let run = chunk.first..chunk.first + chunk.x.len();
-    let (mean, len) = (air.velocity, run.len());
+    let (mean, len) = (air.velocity(moment.time), run.len());
     let (out_x, out_y, out_z) = (&mut chunk.x[..len], &mut chunk.y[..len], &mut chunk.z[..len]);
     let [x, y, z] = [&moment.positions.x, &moment.positions.y, &moment.positions.z].map(|column| &column[run.clone()]);
     let [u, v, w] = [&moment.velocities.x, &moment.velocities.y, &moment.velocities.z].map(|column| &column[run.clone()]);
     for (out, velocity, mean) in [(&mut *out_x, u, mean.x), (&mut *out_y, v, mean.y), (&mut *out_z, w, mean.z)] {
         out.iter_mut().zip(velocity).for_each(|(out, velocity)| *out = velocity - mean);
     }
-    Arch::new().dispatch(TakeAir { air, phases, origin, x, y, z, out: [out_x, out_y, out_z] });
+    Arch::new().dispatch(TakeAir { air, gusts, origin, x, y, z, out: [out_x, out_y, out_z] });
 }
 
 /// V_rel -= V of the gusts and the flows.
 struct TakeAir<'a> {
     air: &'a Air,
-    phases: &'a [f32],
+    gusts: Gusts<'a>,
     origin: DVec3,
     x: &'a [f32],
     y: &'a [f32],
@@ -217,8 +228,9 @@ impl WithSimd for TakeAir<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { air, phases, origin, x, y, z, out: [u, v, w] } = self;
-        for (Wave { amplitude, turns_per_metre, .. }, &phase) in air.waves.iter().zip(phases) {
+        let Self { air, gusts: Gusts { waves, phases, strength }, origin, x, y, z, out: [u, v, w] } = self;
+        for (Wave { amplitude, turns_per_metre, .. }, &phase) in waves.iter().zip(phases) {
+            let amplitude = *amplitude * strength;
             take(x, y, z, [&mut *u, &mut *v, &mut *w], |[x, y, z]| {
                 let sine = sine_of_turns(turns_per_metre.x * x + turns_per_metre.y * y + turns_per_metre.z * z + phase);
                 [amplitude.x * sine, amplitude.y * sine, amplitude.z * sine]

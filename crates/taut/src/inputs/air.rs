@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::Flows;
+use super::{Flows, Track};
 use crate::geometry::{exp2, power};
-use crate::scene::{FlowElement, Wind, WindLaw, WindModel};
+use crate::scene::{FlowElement, Keyframe, Wind, WindLaw, WindModel};
 
 /// One travelling sine wave of the gusts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +26,9 @@ pub const OCTAVES: usize = 4;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Air {
     /// Mean velocity [m/s].
-    pub velocity: Vec3,
+    velocity: Track,
+    /// That with which the gusts have their full strength [m/s], if the mean changes.
+    reference: Option<f64>,
     /// Gusts on top of it.
     pub waves: Vec<Wave>,
     /// Vortices, sources and sinks.
@@ -47,16 +49,38 @@ impl Air {
     pub fn new(wind: &Wind) -> Self {
         let (flows, uniform, fastest) = Flows::new(wind.elements.iter().filter_map(FlowElement::flow));
         let velocity = DVec3::from_array(wind.velocity) + uniform;
-        let waves = wind.gust.as_ref().map_or_else(Vec::new, |gust| waves(velocity, gust.strength, gust.period, gust.seed));
+        let keyframes =
+            wind.keyframes.iter().map(|&Keyframe(time, value)| Keyframe(time, (DVec3::from_array(value) + uniform).into()));
+        let keyframes: Vec<Keyframe> = keyframes.collect();
+        let all = keyframes.iter().map(|key| DVec3::from_array(key.1));
+        // Straight lines are nowhere longer than at their ends.
+        let strongest = all.fold(velocity, |one, other| if other.length() > one.length() { other } else { one });
+        let waves = wind.gust.as_ref().map_or_else(Vec::new, |gust| waves(strongest, gust.strength, gust.period, gust.seed));
         let gusts: f64 = waves.iter().map(|wave| f64::from(wave.amplitude.length())).sum();
         Self {
-            velocity: velocity.as_vec3(),
+            reference: (!keyframes.is_empty()).then_some(strongest.length()),
+            velocity: Track::new(velocity, &keyframes),
             waves,
             flows,
             model: wind.model,
             law: wind.law,
             density: wind.density as f32,
-            greatest_speed: velocity.length() + gusts + fastest,
+            greatest_speed: strongest.length() + gusts + fastest,
+        }
+    }
+
+    /// Mean velocity at `time` [m/s].
+    #[must_use]
+    pub fn velocity(&self, time: f64) -> Vec3 {
+        self.velocity.at(time).as_vec3()
+    }
+
+    /// The part of their full strength that gusts have at `time` [1].
+    #[must_use]
+    pub fn gusts(&self, time: f64) -> f32 {
+        match self.reference {
+            Some(reference) if reference > 0.0 => (self.velocity.at(time).length() / reference) as f32,
+            _ => 1.0,
         }
     }
 }

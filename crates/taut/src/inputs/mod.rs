@@ -7,13 +7,15 @@ mod paths;
 mod reach;
 mod track;
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 pub use air::{Air, OCTAVES, Wave};
 pub use flow::{Flows, Outflow, Vortex};
 pub use grips::{Grips, Lead, Shift, Target};
-pub use paths::Paths;
-pub use track::Track;
+pub use paths::{Followed, Paths};
+pub use track::{Ramp, Track};
 
 use crate::model::{Model, Rates};
 use crate::scene::{Scene, SceneError, WindLaw};
@@ -27,20 +29,28 @@ pub struct Inputs {
     pub air: Option<Air>,
     /// Where the pins of the scene go.
     pub pins: Paths,
+    /// The strain limit of each cloth [1].
+    pub limits: Vec<Ramp>,
     /// What a user holds.
     pub grips: Grips,
 }
 
 impl Inputs {
-    /// What a scene asks for.
+    /// What a scene asks for; `followed` holds the arrays that its pins follow.
     ///
     /// # Errors
-    /// Pins move further apart than the cloth between them reaches.
-    pub fn new(scene: &Scene, model: &Model) -> Result<Self, SceneError> {
-        let pins = Paths::new(scene);
+    /// Pins move further apart than the cloth between them reaches, or an array does not fit its pins.
+    pub fn new(scene: &Scene, model: &Model, followed: &BTreeMap<String, Followed>) -> Result<Self, SceneError> {
+        let pins = Paths::new(scene, model, followed)?;
         reach::check(&pins, model)?;
-        let gravity = Track::constant(DVec3::from_array(scene.gravity()));
-        Ok(Self { gravity, air: scene.wind.as_ref().map(Air::new), pins, grips: Grips::default() })
+        let gravity = Track::new(DVec3::from_array(scene.gravity()), &scene.gravity_keyframes);
+        Ok(Self {
+            gravity,
+            air: scene.wind.as_ref().map(Air::new),
+            pins,
+            limits: scene.cloth.iter().map(Ramp::of_limit).collect(),
+            grips: Grips::default(),
+        })
     }
 
     /// The largest rate at which the air slows a particle [1/s].

@@ -1,33 +1,124 @@
 //! Where the pins of a scene go.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::Track;
 use crate::model::Model;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneError};
+
+/// At the start a pin is where the cloth is but for this part of the cloth's size [1].
+const NEAR: f64 = 1e-3;
+
+/// Where some vertices are in every frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Followed {
+    /// How many they are.
+    pub vertices: usize,
+    /// Their places in the world [m], frame after frame.
+    pub places: Arc<[DVec3]>,
+    /// Frames per second [1/s]; the scene's own where there is none.
+    pub rate: Option<f64>,
+}
+
+/// The path of a pin group.
+#[derive(Debug, Clone, PartialEq)]
+enum Path {
+    /// The displacement from the start [m].
+    Track(Track),
+    /// With its frames per second [1/s].
+    Followed(Followed, f64),
+}
 
 /// The path of each pin group of a model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Paths {
-    /// Displacements from the start [m].
-    tracks: Vec<Track>,
+    paths: Vec<Path>,
 }
 
 impl Paths {
     /// What the pins of a scene say.
-    pub(super) fn new(scene: &Scene) -> Self {
-        let pins = scene.cloth.iter().flat_map(|cloth| &cloth.pins);
-        Self { tracks: pins.map(|pin| Track::new(DVec3::ZERO, &pin.keyframes)).collect() }
+    pub(super) fn new(scene: &Scene, model: &Model, followed: &BTreeMap<String, Followed>) -> Result<Self, SceneError> {
+        let mut paths = Vec::new();
+        for (cloth, asked) in scene.cloth.iter().enumerate() {
+            for (index, pin) in asked.pins.iter().enumerate() {
+                let at = format!("cloth[{cloth}].pins[{index}].follow");
+                paths.push(match &pin.follow {
+                    None => Path::Track(Track::new(DVec3::ZERO, &pin.keyframes)),
+                    Some(name) => {
+                        let array = followed.get(name).ok_or_else(|| {
+                            SceneError::with_value(at.as_str(), format!("{name:?}"), "its places were not given")
+                        })?;
+                        check(model, paths.len(), array)
+                            .map_err(|problem| SceneError::with_value(at, format!("{name:?}"), problem))?;
+                        Path::Followed(array.clone(), array.rate.unwrap_or(scene.fps))
+                    }
+                });
+            }
+        }
+        Ok(Self { paths })
     }
 
-    /// The displacement of a group from the start [m].
-    pub(super) fn track(&self, group: usize) -> &Track {
-        &self.tracks[group]
+    /// The displacement of a group from the start [m]; none if its particles follow an array.
+    pub(super) fn track(&self, group: usize) -> Option<&Track> {
+        match &self.paths[group] {
+            Path::Track(track) => Some(track),
+            Path::Followed(..) => None,
+        }
     }
 
     /// Where particle number `index` of a pin group is at `time`, from the origin that its cloth has at the start [m].
     #[must_use]
     pub fn position(&self, model: &Model, group: usize, index: usize, time: f64) -> DVec3 {
-        model.pins[group].start[index] + self.tracks[group].at(time)
+        let pins = &model.pins[group];
+        match &self.paths[group] {
+            Path::Track(track) => pins.start[index] + track.at(time),
+            Path::Followed(array, rate) => array.at(index, time * rate) - model.origins[pins.cloth].at,
+        }
     }
+}
+
+impl Followed {
+    /// The place of a vertex so many frames after the start [m]: on a straight line between frames, at the last one after it.
+    fn at(&self, vertex: usize, frames: f64) -> DVec3 {
+        let last = self.places.len() / self.vertices - 1;
+        let place = |frame: usize| self.places[frame.min(last) * self.vertices + vertex];
+        let frame = frames as usize;
+        let part = frames - frame as f64;
+        if part > 0.0 { place(frame).lerp(place(frame + 1), part) } else { place(frame) }
+    }
+}
+
+/// What is wrong with the array of a group, if anything is.
+fn check(model: &Model, group: usize, array: &Followed) -> Result<(), String> {
+    let pins = &model.pins[group];
+    let Followed { vertices, places, rate } = array;
+    if *vertices != pins.particles.len() {
+        return Err(format!("has places of {vertices} vertices, the pin holds {}; give one for each", pins.particles.len()));
+    }
+    if places.is_empty() || places.len() % vertices != 0 {
+        return Err("has no frame; give at least one".to_owned());
+    }
+    if rate.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
+        return Err("has no frames per second above 0".to_owned());
+    }
+    if let Some(place) = places.iter().position(|place| !place.is_finite()) {
+        return Err(format!("is not finite at [{}, {}]; all places must be finite numbers", place / vertices, place % vertices));
+    }
+    let cloth = &model.cloths[pins.cloth];
+    let rest = cloth.particles().map(|particle| model.particles.rest.get(particle).as_dvec3());
+    let (low, high) = rest.fold((DVec3::MAX, DVec3::MIN), |(low, high), place| (low.min(place), high.max(place)));
+    for (index, place) in places[..*vertices].iter().enumerate() {
+        let home = pins.start[index] + model.origins[pins.cloth].at;
+        if place.distance(home) > NEAR * low.distance(high) {
+            let vertex = model.numbering.vertex(pins.particles[index]) as usize - cloth.first;
+            return Err(format!(
+                "has vertex {vertex} at {place} in its first frame, but the cloth has it at {home}; at time 0 a pin is where the \
+                 cloth is: begin with the cloth's own places"
+            ));
+        }
+    }
+    Ok(())
 }

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-use super::Paths;
+use super::{Paths, Track};
 use crate::model::{Adjacency, Model, PinGroup};
 use crate::scene::SceneError;
 
@@ -19,7 +19,7 @@ const MOST_SOURCES: usize = 32;
 pub(super) fn check(paths: &Paths, model: &Model) -> Result<(), SceneError> {
     let (groups, springs, particles) = (&model.pins, &model.springs, model.particle_count());
     let moments: BTreeSet<u64> =
-        (0..groups.len()).flat_map(|group| paths.track(group).times()).map(|time| time.to_bits()).collect();
+        (0..groups.len()).filter_map(|group| paths.track(group)).flat_map(Track::times).map(|time| time.to_bits()).collect();
     if moments.is_empty() {
         return Ok(());
     }
@@ -27,7 +27,10 @@ pub(super) fn check(paths: &Paths, model: &Model) -> Result<(), SceneError> {
     let both = (0..springs.type1).map(steps).flat_map(|([a, b], length)| [(a, (b, length)), (b, (a, length))]);
     let graph = Adjacency::new(particles, both);
     for (index, one) in groups.iter().enumerate() {
-        let others: Vec<usize> = (index + 1..groups.len()).filter(|&other| paths.track(other) != paths.track(index)).collect();
+        // What follows an array is held back where the cloth cannot follow; its frames are too many to look at all.
+        let Some(track) = paths.track(index) else { continue };
+        let others: Vec<usize> =
+            (index + 1..groups.len()).filter(|&other| paths.track(other).is_some_and(|other| other != track)).collect();
         if others.is_empty() {
             continue;
         }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scene::Keyframe;
+use crate::scene::{Cloth, Keyframe, LimitKeyframe};
 
 /// Straight lines between keyframes, constant after the last.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +42,39 @@ impl Track {
     /// The times at which its direction changes [s].
     pub fn times(&self) -> impl Iterator<Item = f64> {
         self.keyframes.iter().map(|keyframe| keyframe.0)
+    }
+}
+
+/// A number that changes along straight lines between keyframes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ramp {
+    start: f64,
+    keyframes: Vec<LimitKeyframe>,
+}
+
+impl Ramp {
+    /// The strain limit of a cloth.
+    pub(super) fn of_limit(cloth: &Cloth) -> Self {
+        Self { start: cloth.material().strain_limit, keyframes: cloth.strain_limit_keyframes.clone() }
+    }
+
+    /// Whether it ever changes.
+    #[must_use]
+    pub fn changes(&self) -> bool {
+        !self.keyframes.is_empty()
+    }
+
+    /// The value at `time` [s].
+    #[must_use]
+    pub fn at(&self, time: f64) -> f64 {
+        let mut before = (0.0, self.start);
+        for &LimitKeyframe(at, value) in &self.keyframes {
+            if time < at {
+                return before.1 + (value - before.1) * ((time - before.0) / (at - before.0));
+            }
+            before = (at, value);
+        }
+        before.1
     }
 }
 

@@ -235,7 +235,7 @@ impl Assembly {
             lattice: None,
             hierarchy: None,
             index: self.cloths.len(),
-            strain_limit: cloth.material().strain_limit,
+            strain_limit: cloth.tightest_limit(),
             fastest: LevelRate::default(),
             rates: Vec::new(),
             heaviest: 0.0,

@@ -1,4 +1,7 @@
-//! What depends on which particles are held: inverse masses, levels, how fast they vibrate.
+//! What may change while a model is simulated: which particles are held, with inverse masses, levels and how fast they vibrate; and
+//! strain limits.
+
+use std::sync::Arc;
 
 use super::hierarchy::{of_grid, of_hierarchy};
 use super::{ClothRange, Hierarchy, Lattice, LevelRate, Model, Particles, Rates, Springs, rates};
@@ -24,6 +27,18 @@ impl Model {
         )
         .into();
         model
+    }
+}
+
+impl Model {
+    /// Gives a cloth another strain limit [1]. What the model shares with others is copied first.
+    pub fn set_limit(&mut self, cloth: usize, strain_limit: f32) {
+        let cloth = &self.cloths[cloth];
+        let springs = Arc::make_mut(&mut self.springs);
+        springs.strain_limit[cloth.springs.clone()].fill(strain_limit);
+        if let Some(lattice) = cloth.lattice {
+            Arc::make_mut(&mut self.lattices)[lattice].set_limits(cloth, springs);
+        }
     }
 }
 

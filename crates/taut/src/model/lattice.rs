@@ -48,21 +48,30 @@ impl Lattice {
         for spring in cloth.springs.clone() {
             let [a, b] = springs.ends[spring].map(|end| end as usize - first);
             let row = a / columns;
-            let (kind, run, of_run) = match b - a {
-                1 if row == 0 => (0, &mut *bottom, true),
-                1 if row + 1 == rows => (0, &mut *top, true),
-                1 => (0, &mut *inside, row == 1),
-                offset if offset == columns => (1, &mut *up, row == 0),
-                offset if offset == columns + 1 => (2, &mut *right, row == 0),
-                _ => (3, &mut *left, row == 0),
+            let (run, of_run) = match (direction(b - a, columns), row) {
+                (0, 0) => (&mut *bottom, true),
+                (0, row) if row + 1 == rows => (&mut *top, true),
+                (0, row) => (&mut *inside, row == 1),
+                (1, row) => (&mut *up, row == 0),
+                (2, row) => (&mut *right, row == 0),
+                (_, row) => (&mut *left, row == 0),
             };
-            let limit = &mut lattice.limits[kind];
-            *limit = limit.min(springs.greatest_length(spring));
             if of_run {
                 run.push(springs.force_stiffness[spring], springs.rest[spring], springs.damping[spring]);
             }
         }
+        lattice.set_limits(cloth, springs);
         Some(lattice)
+    }
+
+    /// Reads the limits off the springs, where they have changed.
+    pub(super) fn set_limits(&mut self, cloth: &ClothRange, springs: &Springs) {
+        self.limits = [f32::INFINITY; 4];
+        for spring in cloth.springs.clone() {
+            let [a, b] = springs.ends[spring].map(|end| end as usize);
+            let limit = &mut self.limits[direction(b - a, self.columns)];
+            *limit = limit.min(springs.greatest_length(spring));
+        }
     }
 
     /// The springs along a row.
@@ -74,6 +83,16 @@ impl Lattice {
             row if row + 1 == self.rows => top,
             _ => inside,
         }
+    }
+}
+
+/// Along a row (0), straight up (1), up to the right (2) or to the left (3): where the numbers of the ends differ by `offset`.
+fn direction(offset: usize, columns: usize) -> usize {
+    match offset {
+        1 => 0,
+        offset if offset == columns => 1,
+        offset if offset == columns + 1 => 2,
+        _ => 3,
     }
 }
 

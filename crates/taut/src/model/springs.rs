@@ -35,7 +35,7 @@ impl SpringKind {
 }
 
 /// Springs, type 1 first.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Springs {
     /// The two particles.
     pub ends: Vec<[u32; 2]>,

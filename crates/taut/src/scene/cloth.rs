@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Bending, BendingModel, Curves, Fabric, Material, Pin, Weight};
+use super::{Bending, BendingModel, Curves, Fabric, LimitKeyframe, Material, Pin, Weight};
 
 /// One cloth: exactly one of `grid`, `mesh`, `network`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -31,6 +31,9 @@ pub struct Cloth {
     /// The paper's lambda: no spring may grow beyond (1 + strain_limit) of its rest length [1]; the knee of the curve of tension where one is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strain_limit: Option<f64>,
+    /// Keyframes `[time [s], limit [1]]` of `strain_limit`, joined by straight lines from it at time 0 on and followed frame by frame; none: it stays.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub strain_limit_keyframes: Vec<LimitKeyframe>,
     /// Mass per area [kg/m^2].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
@@ -82,6 +85,7 @@ impl Default for Cloth {
             translate: [0.0; 3],
             fabric: Fabric::Cotton,
             strain_limit: None,
+            strain_limit_keyframes: Vec::new(),
             density: None,
             stiffness: None,
             shear_stiffness: None,
@@ -129,6 +133,12 @@ impl Cloth {
             Bending::Given(stiffness) => stiffness,
             Bending::Fabric => self.fabric.bending(),
         }
+    }
+
+    /// The tightest limit that it ever has [1].
+    #[must_use]
+    pub fn tightest_limit(&self) -> f64 {
+        self.strain_limit_keyframes.iter().map(|key| key.1).fold(self.material().strain_limit, f64::min)
     }
 
     /// The fabric with this cloth's own values over the preset's.

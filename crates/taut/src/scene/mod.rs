@@ -22,7 +22,7 @@ pub use cloth::{Axis, Cloth, Grid, Network, PointMass, Source};
 pub use curves::{Curve, Curves};
 pub use error::SceneError;
 pub use fabric::{Fabric, Material};
-pub use selection::{Corner, Edge, Keyframe, Pin, Selector, Weight};
+pub use selection::{Corner, Edge, Keyframe, LimitKeyframe, Pin, Selector, Weight};
 pub use solver::{FilterKind, IntegratorKind, Solver, Substeps};
 pub(crate) use validate::FARTHEST;
 pub use wind::{Flow, FlowElement, FlowKind, Gust, Wind, WindLaw, WindModel};
@@ -42,6 +42,9 @@ pub struct Scene {
     /// Acceleration of gravity [m/s^2]; 9.81 downwards when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity: Option<[f64; 3]>,
+    /// Keyframes `[time [s], [x, y, z] [m/s^2]]` of gravity, joined by straight lines from `gravity` at time 0 on; none: it stays.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gravity_keyframes: Vec<Keyframe>,
     /// The moving air; without it the air is at rest and only `air_drag` acts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wind: Option<Wind>,
@@ -59,6 +62,7 @@ impl Default for Scene {
             fps: 60.0,
             up: Up::Z,
             gravity: None,
+            gravity_keyframes: Vec::new(),
             wind: None,
             cloth: Vec::new(),
             solver: Solver::default(),

@@ -60,17 +60,24 @@ macro_rules! selection {
 }
 
 selection! {
-    /// Particles that are held: exactly one of `corner`, `edge`, `vertices`, `box`, `nearest`; with `move` they travel.
+    /// Particles that are held: exactly one of `corner`, `edge`, `vertices`, `box`, `nearest`; with `move` or `follow` they travel.
     pub struct Pin {
         /// Keyframes `[time [s], [dx, dy, dz] [m]]` of the displacement from the start, joined by straight lines.
         #[serde(rename = "move", skip_serializing_if = "Vec::is_empty")]
         pub keyframes: Vec<Keyframe>,
+        /// An array file, .npy of shape (frames, pinned vertices, 3) or .pc2, of where they are in every frame [m], joined by straight lines; in place of `move`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub follow: Option<String>,
     }
 }
 
 /// Time [s] and displacement from the start [m].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Keyframe(pub f64, pub [f64; 3]);
+
+/// Time [s] and strain limit [1].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LimitKeyframe(pub f64, pub f64);
 
 selection! {
     /// A mass on top of the cloth's own: exactly one of `corner`, `edge`, `vertices`, `box`, `nearest`, and `mass`.

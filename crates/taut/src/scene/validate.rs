@@ -1,8 +1,8 @@
 //! Ranges: what is allowed, and what is allowed but suspicious.
 
 use super::{
-    Bending, Cloth, Flow, FlowElement, FlowKind, Network, Pin, PointMass, Scene, SceneError, Selector, Source, Substeps, Wind,
-    curves,
+    Bending, Cloth, Flow, FlowElement, FlowKind, Keyframe, Network, Pin, PointMass, Scene, SceneError, Selector, Source,
+    Substeps, Wind, curves,
 };
 
 type Check = Result<(), SceneError>;
@@ -21,6 +21,7 @@ pub(super) fn check(scene: &Scene) -> Check {
     within("duration", scene.duration, 0.0, 1e6, "5.0")?;
     above_zero("fps", scene.fps, 1e5, "60")?;
     vector("gravity", &scene.gravity(), 1e6, "[0, 0, -9.81]")?;
+    check_keyframes("gravity_keyframes", &scene.gravity_keyframes, 1e6)?;
     if let Some(wind) = &scene.wind {
         check_wind(wind)?;
     }
@@ -44,6 +45,7 @@ pub(super) fn check(scene: &Scene) -> Check {
 
 fn check_wind(wind: &Wind) -> Check {
     vector("wind.velocity", &wind.velocity, 1e4, "[8, 1.5, 0]")?;
+    check_keyframes("wind.keyframes", &wind.keyframes, 1e4)?;
     within("wind.density", wind.density, 0.0, 1e5, "1.2 (air)")?;
     if let Some(gust) = &wind.gust {
         within("wind.gust.strength", gust.strength, 0.0, 10.0, "0.3")?;
@@ -150,6 +152,14 @@ fn check_material(at: &str, cloth: &Cloth) -> Check {
     if !(material.strain_limit > 0.0 && material.strain_limit <= 1.0) {
         return Err(out_of_range(&format!("{at}.strain_limit"), material.strain_limit, "in (0, 1]", "0.05"));
     }
+    let mut previous = 0.0;
+    for (index, key) in cloth.strain_limit_keyframes.iter().enumerate() {
+        let at = format!("{at}.strain_limit_keyframes[{index}]");
+        check_time(&at, key.0, &mut previous)?;
+        if !(key.1 > 0.0 && key.1 <= 1.0) {
+            return Err(out_of_range(&at, key.1, "in (0, 1]", "0.05"));
+        }
+    }
     above_zero(&format!("{at}.density"), material.density, 1e4, "0.2")?;
     within(&format!("{at}.stiffness"), material.stiffness, 0.0, 1e9, "20")?;
     within(&format!("{at}.shear_stiffness"), material.shear_stiffness, 0.0, 1e9, "10")?;
@@ -164,6 +174,27 @@ fn check_material(at: &str, cloth: &Cloth) -> Check {
     within(&format!("{at}.drag_coefficient"), material.drag_coefficient, 0.0, 1e3, "1.2")?;
     within(&format!("{at}.lift_coefficient"), material.lift_coefficient, 0.0, 1e3, "1.2")?;
     within(&format!("{at}.friction_coefficient"), cloth.friction_coefficient, 0.0, 1e3, "0.01")
+}
+
+/// Keyframes of what has a value of its own at time 0.
+fn check_keyframes(at: &str, keyframes: &[Keyframe], most: f64) -> Check {
+    let mut previous = 0.0;
+    for (index, key) in keyframes.iter().enumerate() {
+        let at = format!("{at}[{index}]");
+        check_time(&at, key.0, &mut previous)?;
+        vector(&at, &key.1, most, "[0, 0, 0]")?;
+    }
+    Ok(())
+}
+
+/// Times rise from above 0.
+fn check_time(at: &str, time: f64, previous: &mut f64) -> Check {
+    within(at, time, 0.0, 1e9, "1.0")?;
+    if time <= *previous {
+        return Err(SceneError::with_value(at, time, "times must be above 0 and increase from keyframe to keyframe"));
+    }
+    *previous = time;
+    Ok(())
 }
 
 fn check_network(at: &str, network: &Network) -> Check {
@@ -222,6 +253,12 @@ fn check_selection(at: &str, selectors: &[Selector<'_>], cloth: &Cloth) -> Check
 
 fn check_pin(at: &str, pin: &Pin, cloth: &Cloth) -> Check {
     check_selection(at, &pin.selectors(), cloth)?;
+    if let Some(path) = &pin.follow
+        && (path.is_empty() || !pin.keyframes.is_empty())
+    {
+        let problem = "must be the path of an .npy or .pc2 file, and a pin that follows one has no `move`";
+        return Err(SceneError::with_value(format!("{at}.follow"), format!("{path:?}"), problem));
+    }
     let mut previous = f64::NEG_INFINITY;
     for (index, key) in pin.keyframes.iter().enumerate() {
         let at = format!("{at}.move[{index}]");

@@ -3,12 +3,17 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Keyframe;
+
 /// The moving air.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wind {
     /// Mean velocity of the air [m/s].
     pub velocity: [f64; 3],
+    /// Keyframes `[time [s], [x, y, z] [m/s]]` of `velocity`, joined by straight lines from `velocity` at time 0 on; gusts grow and fall with the speed. None: it stays.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub keyframes: Vec<Keyframe>,
     /// Fluctuations on top of the mean; none when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gust: Option<Gust>,
@@ -27,6 +32,7 @@ impl Default for Wind {
     fn default() -> Self {
         Self {
             velocity: [0.0; 3],
+            keyframes: Vec::new(),
             gust: None,
             elements: Vec::new(),
             model: WindModel::Particle,

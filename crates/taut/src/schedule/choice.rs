@@ -111,6 +111,12 @@ impl Schedule {
         Ok(Self { substeps, step_length, bound, unhurried: unhurried.collect(), culprit })
     }
 
+    /// Length of a frame [s].
+    #[must_use]
+    pub fn frame(&self) -> f64 {
+        self.step_length * f64::from(self.substeps)
+    }
+
     /// Plans a step of `length` seconds.
     #[must_use]
     pub fn plan(&self, model: &Model, length: f64) -> Plan {

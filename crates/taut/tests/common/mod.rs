@@ -55,7 +55,7 @@ impl Built {
 }
 
 pub fn build(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Built, SceneError> {
-    let Prepared { model, inputs, schedule } = prepare(scene, meshes)?;
+    let Prepared { model, inputs, schedule } = prepare(scene, meshes, &BTreeMap::new())?;
     Ok(Built { model, inputs, schedule })
 }
 

@@ -116,7 +116,7 @@ mod tests {
         let document = json!({ "cloth": [cloth], "gravity": [0.0, 0.0, 0.0] });
         let scene = Scene::from_json(&document.to_string()).expect("a valid scene");
         let model = Model::build(&scene, &meshes).expect("a valid model");
-        let inputs = Inputs::new(&scene, &model).expect("pins that stay");
+        let inputs = Inputs::new(&scene, &model, &BTreeMap::new()).expect("pins that stay");
         let schedule = Schedule::new(&scene, &model, &inputs).expect("a step");
         let plan = schedule.plan(&model, schedule.step_length);
         (model, plan)

@@ -146,6 +146,8 @@ impl Field {
         }
         let factor = match largest(v.y - u.y, v.d - u.d, reach) {
             part if part < 1.0 => (part as f32).min(1.0 - LEAST),
+            // It was over already, and does not grow.
+            _ if over && u.y.distance(v.y) > limit => return,
             // It does not grow on its way, and is over by rounding alone: where it was, it was not.
             _ if over && proposal.round > 0 => 0.0,
             _ if over => 1.0 - LEAST,

@@ -1,0 +1,155 @@
+//! What a scene says about the course of wind, gravity, strain limits and pins.
+#![allow(missing_docs)]
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use common::{Simulation, crooked, mesh_scene, model, scene, scene_of, sheet};
+use glam::{DVec3, Vec3};
+use serde_json::{Value, json};
+use taut::inputs::Followed;
+use taut::prepare::{Prepared, prepare};
+use taut::state::{Clock, State};
+use taut::step::{Work, step};
+
+/// Largest |X_uv| / L - 1.
+fn stretch(run: &Simulation) -> f64 {
+    let springs = &run.model.springs;
+    let ratio = |index: usize| {
+        let [u, v] = springs.ends[index].map(|end| run.state.positions.get(end as usize).as_dvec3());
+        u.distance(v) / f64::from(springs.rest[index])
+    };
+    (0..springs.type1).map(ratio).fold(0.0, f64::max) - 1.0
+}
+
+#[test]
+fn gravity_follows_its_keyframes() {
+    let mut fields = scene_of(sheet([2, 2], 0.1, json!([])), 4, "coarse_to_fine", 10.0);
+    fields["cloth"][0]["air_drag"] = json!(0.0);
+    fields["gravity_keyframes"] = json!([[0.5, [0.0, 0.0, 0.0]], [1.0, [4.0, 0.0, 0.0]]]);
+    let mut run = Simulation::new(&fields);
+    run.steps(240);
+    // Sums of the means of the straight lines: -5 * 0.5 along z, 2 * 0.5 along x.
+    for velocity in run.state.velocities.iter() {
+        assert!(velocity.distance(Vec3::new(1.0, 0.0, -2.5)) < 0.05, "{velocity}");
+    }
+}
+
+#[test]
+fn wind_follows_its_keyframes_and_gusts_grow_with_it() {
+    let blown = |wind: Value| {
+        let mut fields = scene_of(sheet([4, 4], 0.1, json!([])), 8, "coarse_to_fine", 0.0);
+        fields["cloth"][0]["air_drag"] = json!(0.0);
+        fields["wind"] = wind;
+        model(&fields)
+    };
+    let push = |model: &common::Built, time: f64| {
+        let mut state = State::new(model);
+        state.clock = Clock::after(1, time);
+        model.external(&state).iter().collect::<Vec<_>>()
+    };
+    let rising = blown(json!({ "keyframes": [[2.0, [1.0, 2.0, 8.0]]], "gust": { "seed": 3 } }));
+    let full = blown(json!({ "velocity": [1.0, 2.0, 8.0], "gust": { "seed": 3 } }));
+    assert_eq!(push(&rising, 2.0), push(&full, 2.0));
+    assert_eq!(push(&rising, 7.5), push(&full, 7.5));
+    assert!(push(&rising, 0.0).iter().all(|push| *push == Vec3::ZERO), "no wind, no gusts");
+    // The force grows with the square of the speed, that of the gusts included, when they have the same phases.
+    let air = rising.inputs.air.as_ref().expect("wind");
+    assert_eq!((air.velocity(1.0), air.gusts(1.0)), (Vec3::new(0.5, 1.0, 4.0), 0.5));
+    assert_eq!(rising.schedule.bound, full.schedule.bound);
+}
+
+#[test]
+fn a_limit_that_loosens_and_tightens_is_kept_frame_by_frame() {
+    for source in ["grid", "mesh"] {
+        let pins = json!([{ "vertices": [240] }, { "vertices": [255] }]);
+        let mut cloth = sheet([15, 15], 0.02, pins);
+        cloth["strain_limit_keyframes"] = json!([[0.5, 0.15], [1.0, 0.15], [2.0, 0.02]]);
+        // Soft enough to reach any of these limits.
+        cloth["stiffness"] = json!(2.0);
+        let mut fields = scene_of(json!({}), 4, "coarse_to_fine", 9.81);
+        let mut run = if source == "grid" {
+            fields["cloth"] = json!([cloth]);
+            Simulation::new(&fields)
+        } else {
+            cloth.as_object_mut().expect("a cloth").remove("grid");
+            Simulation::of(mesh_scene(fields, cloth, crooked(15)))
+        };
+        let (mut widest, mut moved) = (0.0_f64, 0.0_f32);
+        for frame in 1..=180_u32 {
+            let before = run.state.positions.clone();
+            let worst_before = stretch(&run);
+            run.steps(4);
+            let limit = run.inputs.limits[0].at(f64::from(frame) / 60.0);
+            let now = stretch(&run);
+            // What is over its limit already may not grow.
+            assert!(now <= limit.max(worst_before) + 2e-5, "{source}, frame {frame}: {now} of {limit}, {worst_before} before");
+            widest = widest.max(now);
+            if (60..120).contains(&frame) {
+                let way = run.state.positions.iter().zip(before.iter()).map(|(a, b)| a.distance(b)).fold(0.0, f32::max);
+                moved = moved.max(way);
+            }
+        }
+        assert!(widest > 0.1, "{source}: it used the room that it was given, {widest}");
+        assert!(moved > 1e-3, "{source}: it stood still while the limit tightened");
+        assert!(stretch(&run) <= 0.02 + 2e-5, "{source}: {} at the end", stretch(&run));
+    }
+}
+
+#[test]
+fn a_limit_goes_on_where_a_snapshot_was_taken() {
+    let mut cloth = sheet([12, 12], 0.02, json!([{ "corner": "top-left" }]));
+    cloth["strain_limit_keyframes"] = json!([[0.4, 0.12], [0.8, 0.03]]);
+    cloth["stiffness"] = json!(2.0);
+    let mut run = Simulation::new(&scene_of(cloth, 3, "coarse_to_fine", 9.81));
+    run.steps(80);
+    let bytes = run.state.to_bytes(&run.model, &run.inputs.grips);
+    run.steps(50);
+    let (mut state, _) = State::from_bytes(&bytes, &run.model).expect("a snapshot");
+    let mut work = Work::new(&run.model, &run.model.schedule, 1);
+    (0..50).for_each(|_| {
+        step(&run.model, &mut state, &run.inputs, run.step_length(), &mut work);
+    });
+    assert_eq!(state, run.state);
+}
+
+fn followed(places: &[[f64; 3]], vertices: usize) -> BTreeMap<String, Followed> {
+    let places = places.iter().map(|place| DVec3::from_array(*place)).collect();
+    BTreeMap::from([("path.npy".to_owned(), Followed { vertices, places, rate: None })])
+}
+
+#[test]
+fn pins_follow_an_array_along_straight_lines_between_its_frames() {
+    let fields = scene_of(sheet([4, 4], 0.1, json!([{ "vertices": [20, 24], "follow": "path.npy" }])), 4, "coarse_to_fine", 9.81);
+    let frames = [[0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.02, 1.0, 0.01], [0.98, 1.0, 0.01], [0.04, 1.0, 0.0], [0.97, 1.01, 0.03]];
+    let Prepared { model, inputs, schedule } =
+        prepare(&scene(&fields), &BTreeMap::new(), &followed(&frames, 2)).expect("places that fit");
+    let (mut state, mut work) = (State::new(&model), Work::new(&model, &schedule, 1));
+    for steps in 1..=12_usize {
+        step(&model, &mut state, &inputs, schedule.step_length, &mut work);
+        for (index, particle) in [20, 24].into_iter().enumerate() {
+            let at = |frame: usize| DVec3::from_array(frames[2 * frame.min(2) + index]);
+            let expected = at(steps / 4).lerp(at(steps / 4 + 1), (steps % 4) as f64 / 4.0);
+            let off = state.positions.get(particle).as_dvec3().distance(expected);
+            assert!(off < 1e-6, "{off} m off after {steps} steps");
+        }
+    }
+}
+
+#[test]
+fn arrays_that_do_not_fit_are_refused() {
+    let fields = scene_of(sheet([4, 4], 0.1, json!([{ "vertices": [20, 24], "follow": "path.npy" }])), 4, "coarse_to_fine", 9.81);
+    let home = [[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
+    let bad = [
+        (BTreeMap::new(), "were not given"),
+        (followed(&home, 1), "places of 1 vertices, the pin holds 2"),
+        (followed(&[], 2), "has no frame"),
+        (followed(&[home[0], home[1], [f64::NAN; 3], home[1]], 2), "not finite at [1, 0]"),
+        (followed(&[home[1], home[0]], 2), "vertex 20"),
+    ];
+    for (arrays, words) in bad {
+        let error = prepare(&scene(&fields), &BTreeMap::new(), &arrays).expect_err("no such array").to_string();
+        assert!(error.contains("cloth[0].pins[0].follow = \"path.npy\"") && error.contains(words), "{error}");
+    }
+}

@@ -1,0 +1,81 @@
+"""The arrays that pins follow: files beside the scene, or arrays."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from taut.errors import SceneError
+from taut.scene.meshes import resolve_path
+
+FollowedPath = tuple[NDArray[np.float64], float | None]
+"""Places [m], shape (frames, vertices, 3), and frames per second [1/s]: ``None``, those of the scene."""
+
+
+def check_path(where: str, path: ArrayLike) -> NDArray[np.float64]:
+    """Check places given as an array and return them as the engine takes them.
+
+    Raises:
+        SceneError: wrong shape or type.
+    """
+    try:
+        array = np.asarray(path)
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{where}: is no array of numbers ({error})") from None
+    if array.ndim != 3 or array.shape[2] != 3 or array.dtype.kind not in "fiu":
+        raise SceneError(
+            f"{where}: has shape {array.shape} and type {array.dtype}; "
+            "must be numbers of shape (frames, pinned vertices, 3)"
+        )
+    return np.ascontiguousarray(array, np.float64)
+
+
+def read_paths(
+    document: Mapping[str, Any], folder: Path, given: Mapping[str, FollowedPath], sandbox: bool = False
+) -> dict[str, FollowedPath]:
+    """Return every array that a pin of a resolved scene follows.
+
+    Raises:
+        SceneError: a file is missing or no such array.
+    """
+    paths: dict[str, FollowedPath] = {}
+    for index, cloth in enumerate(document["cloth"]):
+        for number, pin in enumerate(cloth["pins"]):
+            name = pin.get("follow")
+            if name is None or name in paths:
+                continue
+            field = f"scene.cloth[{index}].pins[{number}].follow"
+            if name in given:
+                paths[name] = given[name]
+            else:
+                paths[name] = _read(
+                    resolve_path(name, folder, field, sandbox), f"{field} = {name!r}", document
+                )
+    return paths
+
+
+def _read(path: Path, where: str, document: Mapping[str, Any]) -> FollowedPath:
+    if path.suffix.lower() == ".pc2":
+        from taut.formats.pc2 import read_pc2  # here: a scene without such pins need not load the formats
+        from taut.formats.polygons import MeshError
+
+        try:
+            start, sampling, places = read_pc2(path)
+        except MeshError as error:
+            raise SceneError(f"{where}: {error}") from None
+        if start != 0.0 or not sampling > 0.0:
+            raise SceneError(
+                f"{where}: begins at frame {start} with {sampling} frames per sample; must begin at frame 0"
+            )
+        rate = None if sampling == 1.0 else float(document["fps"]) / sampling
+        return check_path(where, places), rate
+    if path.suffix.lower() != ".npy":
+        raise SceneError(f"{where}: must be an .npy or .pc2 file")
+    try:
+        return check_path(where, np.load(path, allow_pickle=False)), None
+    except (OSError, ValueError, EOFError) as error:
+        if isinstance(error, SceneError):
+            raise
+        raise SceneError(f"{where}: cannot be read: {error}") from None
