@@ -127,23 +127,25 @@ fn what_fails_leaves_no_trace() {
     for source in ["grid", "mesh"] {
         for (filter, integrator) in [("coarse_to_fine", "euler"), ("sweeps", "euler"), ("coarse_to_fine", "bdf2")] {
             let mut run = hung(source, filter, integrator, json!([{ "vertices": [0] }]));
-            hold_at_rest(&mut run, CORNER);
             run.steps(5);
             let good = run.state.clone();
-            let mut expected = run.steps(20);
+            let expected = run.steps(20);
             let after = run.state.clone();
-            run.state = good.clone();
-            for particle in 0..run.model.particle_count() {
-                run.state.velocities.set(particle, Vec3::splat(1e30));
+            // Squares overflow in some sums and not in others: levels and momenta are left with what is no number.
+            for speed in [1e20, 1e22, 1e24, 1e27, 1e30] {
+                run.state = good.clone();
+                for particle in 0..run.model.particle_count() {
+                    run.state.velocities.set(particle, Vec3::splat(speed));
+                }
+                let bad = run.state.clone();
+                if let Err(failure) = run.try_steps(3, run.step_length()) {
+                    assert!(matches!(failure, Failure::NonFinite { .. }));
+                    assert_eq!(run.state, bad, "{source} {filter} {integrator} {speed}");
+                }
+                run.state = good.clone();
+                let again = run.try_steps(20, run.step_length());
+                assert_eq!((&run.state, again), (&after, Ok(expected)), "{source} {filter} {integrator} {speed}");
             }
-            let bad = run.state.clone();
-            let failure = run.try_steps(3, run.step_length()).expect_err("not finite");
-            assert!(matches!(failure, Failure::NonFinite { .. }));
-            assert_eq!(run.state, bad, "{source} {filter} {integrator}");
-            run.state = good.clone();
-            let again = run.steps(20);
-            expected.last = again.last;
-            assert_eq!((&run.state, again), (&after, expected), "{source} {filter} {integrator}");
         }
     }
 }
