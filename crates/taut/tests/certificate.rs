@@ -87,21 +87,22 @@ fn hung(iterations: u32) -> Simulation {
 
 #[test]
 fn too_few_cycles_do_not_freeze_a_sheet() {
-    let (mut few, mut enough) = (hung(4), hung(200));
-    let (mut cuts, mut apart, mut lost) = (0, 0.0_f64, 0.0_f64);
+    let (mut few, mut enough) = (hung(1), hung(200));
+    let (mut apart, mut lost) = (0.0_f64, 0.0_f64);
     for _ in 0..40 {
-        let summary = few.steps(2);
-        (cuts, lost) = (cuts + summary.cuts, lost + summary.mean_lost_motion / 40.0);
+        lost = lost.max(few.steps(2).lost_motion);
         enough.steps(2);
+        assert!(worst(&few.model, &few.state) <= 1.0 + ROUNDING);
         apart = apart.max(centre_of_mass(&few).distance(centre_of_mass(&enough)));
     }
-    assert!(cuts > 10, "{cuts} steps were cut only: there is nothing to show");
-    // With one factor for the whole sheet they part by 0.56 m.
-    assert!(apart < 0.3, "the centres of mass part by {apart} m; {cuts} steps were cut, {lost} of the motion was lost");
+    // What one cycle leaves over the limit is put right one by one, and nothing is left to cut. With one factor for the whole sheet they
+    // part by 0.56 m.
+    assert!(lost < 0.01, "{lost} of the motion was lost in a step");
+    assert!(apart < 0.3, "the centres of mass part by {apart} m");
 }
 
 #[test]
-fn a_free_sheet_whose_steps_are_cut_keeps_its_momentum_and_gains_no_energy() {
+fn a_free_sheet_with_one_cycle_a_step_keeps_its_momentum_and_gains_no_energy() {
     let mut cloth = sheet([17, 12], 0.05, json!([]));
     for field in ["stiffness", "damping", "air_drag"] {
         cloth[field] = json!(0.0);
@@ -118,17 +119,16 @@ fn a_free_sheet_whose_steps_are_cut_keeps_its_momentum_and_gains_no_energy() {
         moving.map(|(velocity, &mass)| velocity.as_dvec3() * f64::from(mass)).sum::<DVec3>()
     };
     let before = momentum(&run);
-    let mut cuts = 0;
-    let mut energy = f64::INFINITY;
+    let (mut limited, mut energy) = (0, f64::INFINITY);
     for _ in 0..120 {
         let summary = run.steps(1);
-        cuts += summary.cuts;
+        limited += summary.limited_steps;
         assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING);
         let now = summary.last.kinetic_energy;
         assert!(now <= energy * (1.0 + 1e-5), "{energy} J grew to {now} J");
         energy = now;
     }
     let drift = (momentum(&run) - before).length() / before.length();
-    assert!(cuts > 10, "{cuts} steps were cut only");
-    assert!(drift < 5e-6, "momentum drifts by {drift} in {cuts} steps that were cut");
+    assert!(limited > 10, "{limited} steps were limited only");
+    assert!(drift < 5e-6, "momentum drifts by {drift} in {limited} steps that were limited");
 }

@@ -6,18 +6,23 @@
 //! measures the very positions that will be written (docs/equations.md, "Coarse to fine").
 
 mod certificate;
+mod finish;
 mod general;
 mod impulse;
 mod lattice;
 mod motion;
+mod queue;
 
 use super::StrainLimit;
 use crate::filter::Limited;
+use glam::Vec3;
+
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::schedule::{Plan, Stride};
 use crate::state::{State, measure};
 use certificate::Certificate;
+use finish::Finish;
 use motion::Motion;
 
 /// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
@@ -35,21 +40,48 @@ const COARSEST_SWEEPS: usize = 3;
 const MOMENTUM: f32 = 0.85;
 /// Where more than these parts of the cloth are over the limit, one more cycle each is sure not to be the last, and not measured.
 const UNMEASURED: [f32; 2] = [0.25, 0.85];
+/// Where no more than this part of the springs is over the limit, they are put right one by one instead of by further cycles; but not
+/// before so many cycles: a cloth at rest would take one cycle now and three the next time, and each leaves it elsewhere.
+const FEW: f32 = 0.01;
+const AT_LEAST: u32 = 3;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 
-/// Levels of one cloth.
+/// What is left to do on the finest level.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Measure {
+    /// The largest |P_uv| / R.
+    worst: f32,
+    /// Springs longer than what is enough.
+    over: usize,
+}
+
+impl Measure {
+    /// What is left in two parts of a level together.
+    fn and(self, other: Self) -> Self {
+        Self { worst: if other.worst > self.worst { other.worst } else { self.worst }, over: self.over + other.over }
+    }
+}
+
+/// Levels of one cloth. Its particles are numbered from its first.
 trait Levels: Send {
     /// Takes a proposed step: where it begins and where it ends [m].
     fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool);
     /// One pass over all levels, from the coarsest to the finest, with a momentum that grows with the `cycles` since the last
-    /// one without. Returns the largest |P_uv| / R then, or nothing where that is not worth measuring; less than `enough` is not
-    /// worth further work.
-    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<f32>;
+    /// one without. Returns what is left then, or nothing where that is not worth measuring; springs that are no longer than `enough`
+    /// of R are not worth further work.
+    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<Measure>;
     /// How far below R springs of the finest level are aimed, as a part of R.
     fn back_off(&self) -> f32;
-    /// Gives particles back what was taken from their proposed displacements, as far as all their springs have room for it.
-    fn release(&mut self, pool: &Pool);
+    /// Calls `visit` with the ends of each spring of the finest level that is longer than `enough` of R, as far as the last measure
+    /// found them.
+    fn over(&self, enough: f32, visit: &mut dyn FnMut([usize; 2]));
+    /// From where one particle ends so far to where another does [m].
+    fn between(&self, from: usize, to: usize) -> Vec3;
+    /// Moves the end of a particle [m].
+    fn shift(&mut self, particle: usize, way: Vec3);
+    /// Takes the corrected ends for the displacements.
+    fn settle(&mut self, pool: &Pool);
     /// The displacements of all particles.
     fn motion(&mut self) -> Motion<'_>;
     /// Gives the corrected ends back, and what was added to them [m].
@@ -61,6 +93,9 @@ struct Unit {
     cloth: ClothRange,
     certificate: Certificate,
     levels: Box<dyn Levels>,
+    finish: Finish,
+    /// So few springs over their limit are put right one by one.
+    few: usize,
     /// Part of R below which the levels are done: the ends of the step will be rounded once more.
     enough: f32,
     /// Workspace: what chunks of particles add to sums.
@@ -112,6 +147,8 @@ impl Unit {
         Some(Self {
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),
+            finish: Finish::new(model, cloth),
+            few: (FEW * cloth.springs.len() as f32) as usize,
             enough,
             energies: vec![[0.0]; levels.motion().weights.len().div_ceil(CHUNK)],
             products: vec![[0.0; 2]; cloth.count.div_ceil(CHUNK)],
@@ -139,14 +176,21 @@ impl Unit {
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
         let mut since_restart = 0_u8;
         while worst > self.enough && limited.sweeps < model.solver.iterations() {
-            let now = self.levels.cycle(since_restart, self.enough, pool);
+            let left = self.levels.cycle(since_restart, self.enough, pool);
             limited.sweeps += 1;
-            since_restart = if now.is_some_and(|now| now > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
-            worst = now.unwrap_or(worst);
+            since_restart =
+                if left.is_some_and(|left| left.worst > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
+            let Some(left) = left else { continue };
+            worst = left.worst;
+            let few = limited.sweeps >= AT_LEAST && left.over <= self.few;
+            let is_last = limited.sweeps == model.solver.iterations();
+            if left.over > 0 && (few || is_last) && self.finish.run(&mut *self.levels, self.enough) {
+                break;
+            }
         }
-        self.levels.release(pool);
+        self.levels.settle(pool);
         if let Some(frame) = frame.filter(|_| self.certificate.is_free()) {
-            // What particles got back one by one must not add up to a momentum.
+            // What was put right one by one must not add up to a momentum.
             let mut motion = self.levels.motion();
             let astray = frame - motion.mean();
             motion.shift(astray);

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::queue::Queue;
+use super::super::queue::Queue;
 use crate::geometry::Vectors;
 use crate::model::{Adjacency, ClothRange, Model, Springs};
 use crate::state::measure_squares;

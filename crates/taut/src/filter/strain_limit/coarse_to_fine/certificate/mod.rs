@@ -6,7 +6,6 @@
 //! alike. Pins that move differently may ask for the impossible; then Y is X itself, and they come later.
 
 mod field;
-mod queue;
 
 use glam::{DVec3, Vec3};
 

@@ -5,7 +5,8 @@ use std::ops::Range;
 use glam::{Vec4, Vec4Swizzles};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::geometry::{Pool, by_axis, by_vector, for_each_chunk};
+use super::super::Measure;
+use crate::geometry::{Pool, add_to_each, by_axis, differences, for_each_chunk, roots};
 use crate::model::Parents;
 
 /// How many springs are looked at together.
@@ -46,12 +47,10 @@ pub(super) struct Bundle {
     pub limit: Vec4,
 }
 
-/// When and how far a spring is pulled together, as parts of its greatest length.
+/// How far a spring is pulled together.
 #[derive(Clone, Copy)]
 pub(super) struct Pull {
-    /// Springs longer than this are pulled ..
-    pub trigger: f32,
-    /// .. to this length ..
+    /// Springs longer than this part of their greatest length are pulled to it ..
     pub aim: f32,
     /// .. along X, their direction at the start of the step, instead of X + D: only if D, what the step has turned and
     /// stretched them by, is short against them.
@@ -64,9 +63,9 @@ impl Level {
         Arch::new().dispatch(Sweep { d: &mut self.d, bundles: &self.bundles[run], pull, backwards, pulled });
     }
 
-    /// The largest (|X_uv + D_uv| / R)^2 of some bundles, lane by lane.
-    pub fn worst(&self, run: Range<usize>) -> Vec4 {
-        Arch::new().dispatch(Worst { d: &self.d, bundles: &self.bundles[run] })
+    /// What the springs of some bundles are against `enough` of their limits.
+    pub fn measure(&self, run: Range<usize>, enough: f32) -> Measure {
+        Arch::new().dispatch(Measured { d: &self.d, bundles: &self.bundles[run], enough })
     }
 
     /// Takes the displacements of the finest level.
@@ -115,21 +114,24 @@ impl<F: FnMut(&[[u32; LANES]; 2])> WithSimd for Sweep<'_, F> {
     }
 }
 
-struct Worst<'a> {
+struct Measured<'a> {
     d: &'a [Vec4],
     bundles: &'a [Bundle],
+    enough: f32,
 }
 
-impl WithSimd for Worst<'_> {
-    type Output = Vec4;
+impl WithSimd for Measured<'_> {
+    type Output = Measure;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec4 {
-        let mut worst = Vec4::ZERO;
+    fn with_simd<S: Simd>(self, _: S) -> Measure {
+        let (mut worst, mut over) = (Vec4::ZERO, 0);
         for bundle in self.bundles {
-            worst = worst.max(bundle.squares(self.d) / (bundle.limit * bundle.limit));
+            let ratio = bundle.squares(self.d) / (bundle.limit * bundle.limit);
+            worst = worst.max(ratio);
+            over += ratio.cmpgt(Vec4::splat(self.enough * self.enough)).bitmask().count_ones();
         }
-        worst
+        Measure { worst: worst.max_element().sqrt(), over: over as usize }
     }
 }
 
@@ -145,8 +147,9 @@ impl WithSimd for Follow<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         for (d, Parents { places, parts }) in self.d.iter_mut().zip(self.parents) {
-            let [a, b, c] = places.map(|place| self.gains[place as usize]);
-            *d += a * parts[0] + b * parts[1] + c * parts[2];
+            let [a, b, c] = places;
+            let gains = &self.gains;
+            *d += gains[*a as usize] * parts[0] + gains[*b as usize] * parts[1] + gains[*c as usize] * parts[2];
         }
     }
 }
@@ -200,50 +203,45 @@ impl Bundle {
         x * x + y * y + z * z
     }
 
-    /// D_uv [m].
-    #[inline(always)]
-    fn moved(&self, d: &[Vec4]) -> [Vec4; 3] {
-        let [a, b] = self.ends;
-        let between = |lane: usize| d[b[lane] as usize] - d[a[lane] as usize];
-        by_axis([0, 1, 2, 3].map(between))
-    }
-
     /// |X_uv + D_uv|^2 [m^2].
     #[inline(always)]
     pub fn squares(&self, d: &[Vec4]) -> Vec4 {
-        let [u, v, w] = self.moved(d);
+        let [u, v, w] = differences(d, &self.ends);
         let [x, y, z] = [self.start[0] + u, self.start[1] + v, self.start[2] + w];
         x * x + y * y + z * z
     }
 
-    /// Pulls together the ends of each spring that is over its trigger, each end by its share.
+    /// Pulls together the ends of each spring that is over its aim, each end by its share.
     #[inline(always)]
     fn project(&self, d: &mut [Vec4], pull: Pull, pulled: impl FnOnce(&[[u32; LANES]; 2])) {
-        let moved = self.moved(d);
-        let [x, y, z] = [0, 1, 2].map(|axis| self.start[axis] + moved[axis]);
+        let [u, v, w] = differences(d, &self.ends);
+        let [x, y, z] = [self.start[0] + u, self.start[1] + v, self.start[2] + w];
         let square = x * x + y * y + z * z;
-        let reach = self.limit * pull.trigger;
-        let over = square.cmpgt(reach * reach);
+        let aim = self.limit * pull.aim;
+        let over = square.cmpgt(aim * aim);
         if !over.any() {
             return;
         }
-        let length = Vec4::from_array(square.to_array().map(f32::sqrt));
-        let mut excess = (length - self.limit * pull.aim) / length;
+        let length = roots(square);
+        let mut excess = (length - aim) / length;
         let mut along = [x, y, z];
         if pull.at_start {
-            let [u, v, w] = moved;
             let little = (u * u + v * v + w * w).cmplt(square * TURNED);
-            along = [0, 1, 2].map(|axis| Vec4::select(little, self.start[axis], along[axis]));
+            along = [
+                Vec4::select(little, self.start[0], x),
+                Vec4::select(little, self.start[1], y),
+                Vec4::select(little, self.start[2], z),
+            ];
             // The length still shrinks by the same.
             excess = excess * square / (x * along[0] + y * along[1] + z * along[2]);
         }
-        let [a, b] = self.ends;
-        let [of_a, of_b] = [a, b].map(|ends| Vec4::from_array(ends.map(|end| d[end as usize].w)));
+        let [a, b] = &self.ends;
+        let of_a = Vec4::new(d[a[0] as usize].w, d[a[1] as usize].w, d[a[2] as usize].w, d[a[3] as usize].w);
+        let of_b = Vec4::new(d[b[0] as usize].w, d[b[1] as usize].w, d[b[2] as usize].w, d[b[3] as usize].w);
         // The floor keeps two held ends from dividing by zero.
         let share = Vec4::select(over, excess / (of_a + of_b).max(Vec4::splat(1e-30)), Vec4::ZERO);
         for (ends, share) in [(a, share * of_a), (b, -share * of_b)] {
-            let ways = by_vector(along.map(|along| along * share));
-            ends.into_iter().zip(ways).for_each(|(end, way)| d[end as usize] += way);
+            add_to_each(d, ends, [along[0] * share, along[1] * share, along[2] * share]);
         }
         pulled(&self.ends);
     }

@@ -73,6 +73,11 @@ impl Tiles {
         self.marked[tile] = over;
     }
 
+    /// Whether a tile is over its limit.
+    pub fn is_marked(&self, tile: usize) -> bool {
+        self.marked[tile]
+    }
+
     /// The part of the level that is marked.
     pub fn share(&self) -> f32 {
         self.marked.iter().filter(|marked| **marked).count() as f32 / self.marked.len() as f32

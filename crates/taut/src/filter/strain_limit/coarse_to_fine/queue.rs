@@ -1,12 +1,12 @@
-//! The particles that wait to be visited, the one with the smallest factor first.
+//! The particles that wait to be visited, the one with the smallest key first.
 
 /// What is not in the queue.
 const NOWHERE: u32 = u32::MAX;
 
-/// A binary heap that knows where each particle is, so that no particle is in it twice and it never grows. Of equal factors the
+/// A binary heap that knows where each particle is, so that no particle is in it twice and it never grows. Of equal keys the
 /// smaller number comes first: the order does not depend on how the particles came in.
 pub(super) struct Queue {
-    /// Bits of the factor, which order those that are not negative, and the particle.
+    /// Bits of the key, which order those that are not negative, and the particle.
     heap: Vec<(u32, u32)>,
     /// Where each particle is in the heap.
     places: Vec<u32>,
@@ -18,9 +18,9 @@ impl Queue {
         Self { heap: Vec::with_capacity(particles), places: vec![NOWHERE; particles] }
     }
 
-    /// Puts a particle in, or gives it a smaller factor.
-    pub fn put(&mut self, particle: usize, factor: f32) {
-        let entry = (factor.to_bits(), particle as u32);
+    /// Puts a particle in, or gives it a smaller key; keys are not negative.
+    pub fn put(&mut self, particle: usize, key: f32) {
+        let entry = (key.to_bits(), particle as u32);
         let mut place = self.places[particle] as usize;
         if place == NOWHERE as usize {
             place = self.heap.len();
@@ -37,7 +37,7 @@ impl Queue {
         self.places[particle] = place as u32;
     }
 
-    /// Takes the particle with the smallest factor out.
+    /// Takes the particle with the smallest key out.
     pub fn take(&mut self) -> Option<usize> {
         if self.heap.is_empty() {
             return None;
