@@ -17,7 +17,7 @@ use crate::state::{State, longest_of, measure_squares};
 use grid::{Band, GridSprings};
 
 /// What a step did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct StepReport {
     /// How often the integrator looked at all springs.
     pub evaluations: u32,

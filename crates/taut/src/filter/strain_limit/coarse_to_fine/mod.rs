@@ -91,6 +91,7 @@ impl StrainLimit for CoarseToFine {
             limited.sweeps += done.sweeps;
             limited.cuts += done.cuts;
             limited.held_back_pins += done.held_back_pins;
+            limited.lost_motion = limited.lost_motion.max(done.lost_motion);
         }
         limited
     }
@@ -160,8 +161,9 @@ impl Unit {
         self.levels.store(&state.positions, ends, corrections, pool);
         let rate = impulse::rate(stride, &self.cloth, &state.velocities, corrections, frame, &mut self.products, pool);
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
-        let verdict = self.certificate.enforce(stride, state, ends, frame, pool);
+        let verdict = self.certificate.enforce(model, state, ends, frame, stride.plan.length as f32, pool);
         limited.cuts = u32::from(verdict.cut);
+        limited.lost_motion = verdict.lost_motion;
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
     }
