@@ -43,7 +43,7 @@ impl Work {
             filter: Filter::new(model, &plan),
             health: Health::new(model),
             ends: Vectors::zeros(model.particle_count()),
-            schedule: *schedule,
+            schedule: schedule.clone(),
             plan,
             pool,
         }

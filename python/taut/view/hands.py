@@ -99,7 +99,7 @@ def weights(simulation: Simulation, vertices: frozenset[int], document: Mapping[
         if own:
             hung = simulation.scene.document["cloth"][index].get("weights", ())
             mass = float(simulation.mass[cloth.first_vertex :][: cloth.vertices].sum())
-            mass = SHARE * max(1e-6, mass - sum(float(weight["mass"]) for weight in hung))
+            mass = SHARE * max(1e-6 * mass, mass - sum(float(weight["mass"]) for weight in hung))
             hands = [{"vertices": [vertex], "mass": mass} for vertex in own]
             listed = [*document["cloth"][index].get("weights", ()), *hands]
             settings.append(f"cloth[{index}].weights={inline(listed)}")
@@ -129,4 +129,4 @@ def is_beyond_limit(simulation: Simulation) -> bool:
 def diagonal(simulation: Simulation) -> float:
     """The diagonal of the box around all vertices now [m]."""
     extent = np.ptp(simulation.positions, axis=0) if len(simulation.positions) else np.zeros(3)
-    return max(1e-3, float(np.linalg.norm(extent)))
+    return float(np.linalg.norm(extent)) or 1.0

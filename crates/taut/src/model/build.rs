@@ -10,7 +10,7 @@ use super::part::{Panel, Part};
 use super::{
     Adjacency, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Hierarchy, Lattice,
     LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
-    curve::CurvesOfCloth, grid, hierarchy, mesh, network, numbering, pins, rates::Rates, suits, weights,
+    curve::CurvesOfCloth, grid, hierarchy, mesh, network, numbering, pins, rates, rates::Rates, suits, weights,
 };
 use crate::geometry::{Vectors, turn};
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source};
@@ -232,6 +232,9 @@ impl Assembly {
             curvatures: first_row..first_row + bends_along,
             lattice: None,
             hierarchy: None,
+            index: self.cloths.len(),
+            strain_limit: cloth.material().strain_limit,
+            fastest: LevelRate::default(),
             rates: Vec::new(),
             heaviest: 0.0,
         });
@@ -270,7 +273,8 @@ impl Assembly {
             range.linked = if is_linked { linked.next() } else { None };
         }
         let rates = Rates::new(&self.particles, &springs, &bending, self.drag_rate, self.wind_rate);
-        let hierarchies = hierarchies(scene, &mut self.cloths, &self.particles, &springs, &self.triangles, &rates);
+        let of_cloths = rates::of_cloths(&self.cloths, &self.particles, &springs, &bending);
+        let hierarchies = hierarchies(scene, &mut self.cloths, &self.particles, &springs, &self.triangles, &of_cloths);
         self.warnings.extend(suits::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
         let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();
@@ -319,9 +323,12 @@ fn hierarchies(
     particles: &Particles,
     springs: &Springs,
     triangles: &[[u32; 3]],
-    rates: &Rates,
+    rates: &[(LevelRate, f64)],
 ) -> Vec<Hierarchy> {
     let mut hierarchies = Vec::new();
+    for (range, (fastest, _)) in cloths.iter_mut().zip(rates) {
+        range.fastest = *fastest;
+    }
     if scene.solver.filter != FilterKind::CoarseToFine {
         return hierarchies;
     }
@@ -330,13 +337,11 @@ fn hierarchies(
             range.hierarchy = Some(hierarchies.len());
             hierarchies.push(Hierarchy::new(range, particles, springs, triangles));
         }
-        let finest = LevelRate { frequency_squared: rates.frequency_squared, damping: rates.damping, moving: 1.0 };
+        let (finest, bending) = rates[range.index];
         range.heaviest = particles.heaviest(range);
         range.rates = match (&cloth.grid, range.hierarchy) {
             (Some(grid), None) => hierarchy::of_grid(grid.cells, particles.free_masses(range), finest),
-            (_, Some(index)) if cloth.network.is_none() => {
-                hierarchy::of_hierarchy(&hierarchies[index], range, springs, rates.bending)
-            }
+            (_, Some(index)) if cloth.network.is_none() => hierarchy::of_hierarchy(&hierarchies[index], range, springs, bending),
             _ => Vec::new(),
         };
     }

@@ -101,6 +101,12 @@ pub struct ClothRange {
     pub lattice: Option<usize>,
     /// Which of the model's hierarchies is its, if it has one.
     pub hierarchy: Option<usize>,
+    /// Which of the cloths it is.
+    pub index: usize,
+    /// Its strain limit [1].
+    pub strain_limit: f64,
+    /// How fast it can vibrate.
+    pub fastest: LevelRate,
     /// How fast each of its levels can vibrate, the finest first; none where masses are never scaled.
     pub rates: Vec<LevelRate>,
     /// The part of its free mass that its heaviest particle has beyond four times the mean [1].
@@ -108,7 +114,7 @@ pub struct ClothRange {
 }
 
 /// How fast a level of a cloth can vibrate at most.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LevelRate {
     /// w^2 of springs and bending [1/s^2].
     pub frequency_squared: f64,

@@ -180,7 +180,7 @@ impl Unit {
 /// lost, and more steps would lose more of the motion; but with back-offs in proportion to the step cycles do not end where
 /// masses differ.
 fn back_off_of_step(plan: &Plan, cloth: &ClothRange) -> f32 {
-    if cloth.rates.is_empty() { 1.0 } else { plan.relative.min(1.0).sqrt() as f32 }
+    if cloth.rates.is_empty() { 1.0 } else { plan.of(cloth).relative.min(1.0).sqrt() as f32 }
 }
 
 /// How many cycles are sure not to be the last where such a part of the cloth is over its limit.
