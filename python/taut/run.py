@@ -4,7 +4,7 @@ import operator
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -118,13 +118,18 @@ def _advance(simulation: Simulation, index: int) -> Frame:
 
 
 def _move_to(simulation: Simulation, cache: Cache, frame: int) -> None:
-    state = cache.positions(frame), cache.velocities(frame)
-    simulation.set_state(*state, frame * simulation.substeps, cache.past(frame))
+    state = cache.local_positions(frame), cache.velocities(frame)
+    simulation.set_state(*state, frame * simulation.substeps, cache.past(frame), cache.origins(frame))
 
 
 def _frame(simulation: Simulation, ms: float) -> Frame:
-    state = simulation.positions, simulation.velocities
-    return Frame(*state, simulation.report, ms, simulation.state_hash, simulation.past)
+    positions, origins = simulation.positions, simulation.origins
+    frame = Frame(
+        positions, simulation.velocities, simulation.report, ms, simulation.state_hash, simulation.past
+    )
+    if not origins.any():
+        return frame
+    return replace(frame, origins=origins, local_positions=simulation.local_positions)
 
 
 def _header(simulation: Simulation) -> Header:

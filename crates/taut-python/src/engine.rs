@@ -198,8 +198,24 @@ impl Engine {
     }
 
     fn positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        let rows = self.with(py, |Running { state, work, .. }| {
+            let (mut rows, pool) = (vec![[0.0; 3]; self.model.particle_count()], work.pool());
+            pool.install(|| state.write_places(&self.model, &mut rows, &pool));
+            rows
+        });
+        arrays::rows_of(PyArray1::from_vec(py, rows.into_flattened()), 3)
+    }
+
+    #[getter]
+    fn local_positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         let positions = self.with(py, |running| self.model.numbering.to_vertices(&running.state.positions));
         arrays::to_numpy(py, &positions)
+    }
+
+    #[getter]
+    fn origins<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let origins = self.with(py, |running| running.state.origins.clone());
+        arrays::rows_of(PyArray1::from_iter(py, origins.iter().flat_map(|origin| origin.to_array())), 3)
     }
 
     fn velocities<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
@@ -217,8 +233,8 @@ impl Engine {
                 let (x, v) = (arrays::rows_mut("positions", &mut positions)?, arrays::rows_mut("velocities", &mut velocities)?);
                 let pool = work.pool();
                 pool.install(|| {
-                    numbering.write_rows(&state.positions, x, &pool);
-                    numbering.write_rows(&state.velocities, v, &pool);
+                    state.write_places(&self.model, x, &pool);
+                    numbering.write_rows(&state.velocities, 0, v, &pool, |velocity| velocity.to_array());
                 });
                 Ok(())
             })
@@ -231,14 +247,14 @@ impl Engine {
         self.model.pins.iter().map(|pins| group(&pins.particles)).collect()
     }
 
-    fn lead(&self, py: Python<'_>, vertex: usize, target: [f32; 3], speed: f32) -> PyResult<()> {
+    fn lead(&self, py: Python<'_>, vertex: usize, target: [f64; 3], speed: f32) -> PyResult<()> {
         let particle = self.particle(vertex)?;
         if !(target.iter().all(|part| part.is_finite()) && speed > 0.0) {
             return Err(PyValueError::new_err(format!(
                 "target = {target:?}, speed = {speed}: must be finite numbers and a speed above 0"
             )));
         }
-        self.with(py, |running| running.work.hands().lead(particle, target.into(), speed));
+        self.with(py, |running| running.work.hands().lead(particle, target, speed));
         Ok(())
     }
 
@@ -277,7 +293,7 @@ impl Engine {
         (!vectors.is_empty()).then(|| arrays::to_numpy(py, &vectors))
     }
 
-    #[pyo3(signature = (positions, velocities, steps, past=None))]
+    #[pyo3(signature = (positions, velocities, steps, past=None, origins=None))]
     fn set_state(
         &self,
         py: Python<'_>,
@@ -285,11 +301,22 @@ impl Engine {
         velocities: &Bound<'_, PyAny>,
         steps: u64,
         past: Option<&Bound<'_, PyAny>>,
+        origins: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        let count = self.model.particle_count();
-        let positions = arrays::from_numpy("positions", positions, count)?;
+        let (count, numbering) = (self.model.particle_count(), &self.model.numbering);
         let velocities = arrays::from_numpy("velocities", velocities, count)?;
-        let mut state = State::at(&self.model, positions, velocities, Clock::after(steps, self.schedule.step_length));
+        let clock = Clock::after(steps, self.schedule.step_length);
+        let mut state = if let Some(origins) = origins {
+            let positions = arrays::from_numpy("positions", positions, count)?;
+            let origins = arrays::places("origins", origins, Some(self.model.cloths.len()))?;
+            State { origins, ..State::at(&self.model, positions, velocities, clock) }
+        } else {
+            let places = arrays::places("positions", positions, Some(count))?;
+            let place = |particle: usize| places[numbering.vertex(particle as u32) as usize];
+            // In the order of the vertices, like all else here.
+            let state = State::in_world(&self.model, place, Vectors::default(), clock).to_vertices(numbering);
+            State { velocities, ..state }
+        };
         if let Some(past) = past {
             let remembered = state.past.displacements.len();
             let past: Vec<_> = arrays::from_numpy("past", past, 2 * remembered)?.iter().collect();

@@ -43,7 +43,7 @@ impl Work {
             filter: Filter::new(model, &plan),
             health: Health::new(model),
             ends: Vectors::zeros(model.particle_count()),
-            schedule: *schedule,
+            schedule: schedule.clone(),
             plan,
             pool,
         }
@@ -74,6 +74,7 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
     let Work { forces, integrator, filter, pool, plan, ends, .. } = work;
     let stride = Stride { model, inputs, plan };
     pool.install(|| {
+        state.follow(model, pool); // origins stay near cloths that travel
         filter::hold(stride, state, filter); // paths, hands -> v of what is held
         let evaluations = integrate::propose(stride, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
         let limited = filter::apply(stride, state, ends, filter, pool); // x*, v* -> admissible ones

@@ -26,8 +26,8 @@ def resolve_path(name: str, folder: Path, field: str, sandbox: bool = False) -> 
         sandbox: for scenes from elsewhere: only files in that folder or below it are read.
 
     Raises:
-        SceneError: the path is a URL or names no file; in a sandbox it is absolute, or leaves the folder (also
-            by a link).
+        SceneError: the path is a URL or names no file; in a sandbox it is absolute, or leaves the folder, by
+            a link for example.
     """
     where = f"{field} = {name!r}"
     if _REFERENCE.match(name):
@@ -44,8 +44,8 @@ def resolve_path(name: str, folder: Path, field: str, sandbox: bool = False) -> 
     path = (folder / name).resolve()
     if sandbox and (".." in PureWindowsPath(name).parts or not path.is_relative_to(folder.resolve())):
         raise SceneError(
-            f"{where}: leaves the scene's folder {folder}, which a sandbox refuses; copy the file into it, or "
-            "trust the scene and leave the sandbox out"
+            f"{where}: leaves the scene's folder {folder}, which a sandbox refuses; copy the file into it, "
+            "or trust the scene and leave the sandbox out"
         )
     if not path.is_file():
         raise SceneError(f"{where}: there is no file {path}; a path is taken from the scene's folder")

@@ -32,7 +32,8 @@ pub struct Hands {
 #[derive(Debug, Clone, Copy)]
 struct Lead {
     particle: usize,
-    target: Vec3,
+    /// In the world [m].
+    target: DVec3,
     /// Highest speed [m/s].
     speed: f32,
 }
@@ -50,10 +51,10 @@ struct Shift {
 }
 
 impl Hands {
-    /// Leads a particle towards `target` [m] at no more than `speed` [m/s]; pins follow their paths instead.
-    pub fn lead(&mut self, particle: u32, target: Vec3, speed: f32) {
+    /// Leads a particle towards `target` [m], a place in the world, at no more than `speed` [m/s]; pins follow their paths instead.
+    pub fn lead(&mut self, particle: u32, target: impl Into<DVec3>, speed: f32) {
         self.release(particle);
-        self.leads.push(Lead { particle: particle as usize, target, speed });
+        self.leads.push(Lead { particle: particle as usize, target: target.into(), speed });
     }
 
     /// Lets a particle go.
@@ -86,7 +87,7 @@ impl Hands {
     pub(super) fn hold(&self, stride: Stride<'_>, state: &mut State) {
         let step = stride.plan.length as f32;
         for lead in self.free(stride.model) {
-            state.velocities.set(lead.particle, lead.way(state, step) / step);
+            state.velocities.set(lead.particle, lead.way(stride.model, state, step) / step);
         }
     }
 
@@ -94,20 +95,21 @@ impl Hands {
     pub(super) fn place(&self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors) {
         let step = stride.plan.length as f32;
         for lead in self.free(stride.model) {
-            let way = lead.way(state, step);
+            let way = lead.way(stride.model, state, step);
             ends.set(lead.particle, state.positions.get(lead.particle) + way);
             state.velocities.set(lead.particle, way / step);
         }
     }
 
     /// Ends a step: where pins had to wait, they go on from where they are, and more slowly.
-    pub(super) fn finish(&mut self, stride: Stride<'_>, ends: &Vectors, time: f64, held_back: bool) {
+    pub(super) fn finish(&mut self, stride: Stride<'_>, origins: &[DVec3], ends: &Vectors, time: f64, held_back: bool) {
         for shift in &mut self.shifts {
             shift.pace = if held_back { (shift.pace * PATIENCE).max(SLOWEST) } else { (shift.pace * COURAGE).min(1.0) };
             let (model, paths) = (stride.model, &stride.inputs.pins);
             if let (true, Some(&particle)) = (held_back, model.pins[shift.group].particles.first()) {
-                let on_path = paths.position(model, shift.group, 0, time);
-                shift.now = ends.get(particle as usize).as_dvec3() - on_path.as_dvec3();
+                let cloth = model.pins[shift.group].cloth;
+                let gone = origins[cloth] - model.origins[cloth].at;
+                shift.now = ends.get(particle as usize).as_dvec3() + gone - paths.position(model, shift.group, 0, time);
             }
         }
     }
@@ -119,8 +121,9 @@ impl Hands {
 
 impl Lead {
     /// The way of this step [m].
-    fn way(&self, state: &State, step: f32) -> Vec3 {
-        let gap = self.target - state.positions.get(self.particle);
+    fn way(&self, model: &Model, state: &State, step: f32) -> Vec3 {
+        let target = (self.target - state.origins[model.cloth_of(self.particle)]).as_vec3();
+        let gap = target - state.positions.get(self.particle);
         (gap * (step / RESPONSE).min(1.0)).clamp_length_max(self.speed * step)
     }
 }

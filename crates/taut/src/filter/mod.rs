@@ -63,7 +63,7 @@ pub fn apply(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, filter: 
     hands.place(stride, state, ends);
     let limited = strain_limit.apply(stride, state, ends, pool);
     let end = state.clock.next(stride.plan.length).time();
-    hands.finish(stride, ends, end, limited.held_back_pins > 0);
+    hands.finish(stride, &state.origins, ends, end, limited.held_back_pins > 0);
     limited
 }
 
@@ -77,7 +77,7 @@ pub fn admit(stride: Stride<'_>, state: &mut State, filter: &mut Filter, pool: &
     if model.solver.filter != FilterKind::CoarseToFine {
         return;
     }
-    let mut start = State::new(model);
+    let mut start = State { origins: state.origins.clone(), ..State::new(model) };
     filter.strain_limit.apply(stride, &mut start, &mut state.positions, pool);
     state.past = Past::none(model);
 }

@@ -96,8 +96,8 @@ struct Unit {
     finish: Finish,
     /// So few springs over their limit are put right one by one.
     few: usize,
-    /// Part of R below which the levels are done: the ends of the step will be rounded once more.
-    enough: f32,
+    /// Length of its shortest spring [m].
+    shortest: f32,
     /// Workspace: what chunks of particles add to sums.
     energies: Vec<[f64; 1]>,
     products: Vec<[f64; 2]>,
@@ -143,13 +143,12 @@ impl Unit {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
             None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
-        let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * levels.back_off());
         Some(Self {
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),
             finish: Finish::new(model, cloth),
             few: (FEW * cloth.springs.len() as f32) as usize,
-            enough,
+            shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
             energies: vec![[0.0]; levels.motion().weights.len().div_ceil(CHUNK)],
             products: vec![[0.0; 2]; cloth.count.div_ceil(CHUNK)],
             levels,
@@ -174,9 +173,10 @@ impl Unit {
         self.levels.load(&state.positions, ends, pool);
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
+        let enough = self.enough(&state.positions, pool);
         let mut since_restart = 0_u8;
-        while worst > self.enough && limited.sweeps < model.solver.iterations() {
-            let left = self.levels.cycle(since_restart, self.enough, pool);
+        while worst > enough && limited.sweeps < model.solver.iterations() {
+            let left = self.levels.cycle(since_restart, enough, pool);
             limited.sweeps += 1;
             since_restart =
                 if left.is_some_and(|left| left.worst > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
@@ -184,7 +184,7 @@ impl Unit {
             worst = left.worst;
             let few = limited.sweeps >= AT_LEAST && left.over <= self.few;
             let is_last = limited.sweeps == model.solver.iterations();
-            if left.over > 0 && (few || is_last) && self.finish.run(&mut *self.levels, self.enough) {
+            if left.over > 0 && (few || is_last) && self.finish.run(&mut *self.levels, enough) {
                 break;
             }
         }
@@ -211,13 +211,20 @@ impl Unit {
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
     }
+
+    /// Part of R below which the levels are done: the ends of the step will be rounded once more.
+    fn enough(&self, positions: &Vectors, pool: &Pool) -> f32 {
+        // What rounding its two ends to single precision can add to the shortest spring, as a part of its length.
+        let rounding = 4.0 * f32::EPSILON * positions.reach(self.cloth.particles(), pool) / self.shortest;
+        1.0 - rounding.max(2e-5).min(0.5 * self.levels.back_off())
+    }
 }
 
 /// What is left of back-offs in steps that are shorter than automatic ones [1]: their root. What a step takes back too far is
 /// lost, and more steps would lose more of the motion; but with back-offs in proportion to the step cycles do not end where
 /// masses differ.
 fn back_off_of_step(plan: &Plan, cloth: &ClothRange) -> f32 {
-    if cloth.rates.is_empty() { 1.0 } else { plan.relative.min(1.0).sqrt() as f32 }
+    if cloth.rates.is_empty() { 1.0 } else { plan.of(cloth).relative.min(1.0).sqrt() as f32 }
 }
 
 /// How many cycles are sure not to be the last where such a part of the cloth is over its limit.
@@ -235,13 +242,4 @@ fn coarse_sweeps(particles: usize) -> usize {
 /// nothing pulls back, and it comes back in the next step as a jerk (docs/decisions/coarse-to-fine.md). It is k / (k + `lag`).
 fn momentum(cycles: u8, lag: f32) -> f32 {
     if cycles < 2 { 0.0 } else { MOMENTUM.min(f32::from(cycles) / (f32::from(cycles) + lag)) }
-}
-
-/// What rounding its two ends to single precision can add to the shortest spring of a cloth, as a part of its length.
-fn rounding(model: &Model, cloth: &ClothRange) -> f32 {
-    let largest = |column: &[f32]| column[cloth.particles()].iter().fold(0.0, |largest: f32, value| largest.max(value.abs()));
-    let rest = &model.particles.rest;
-    let extent = largest(&rest.x).max(largest(&rest.y)).max(largest(&rest.z));
-    let shortest = model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest));
-    4.0 * f32::EPSILON * extent / shortest
 }

@@ -9,7 +9,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::super::queue::Queue;
-use crate::geometry::Vectors;
+use crate::geometry::{Vectors, power};
 use crate::model::{Adjacency, ClothRange, Model, Springs};
 use crate::state::measure_squares;
 
@@ -80,7 +80,7 @@ impl Proposal<'_> {
     }
 
     fn margin(&self, ways: [&Way; 2]) -> f64 {
-        ROUNDINGS * WIDER.powi(self.round as i32) * ways[0].extent.max(ways[1].extent)
+        ROUNDINGS * power(WIDER, self.round as u32) * ways[0].extent.max(ways[1].extent)
     }
 }
 
