@@ -4,8 +4,10 @@ use std::ops::Range;
 
 use glam::{Vec4, Vec4Swizzles};
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
 
 use super::super::Measure;
+use super::tiles::TILE;
 use crate::geometry::{Pool, add_to_each, by_axis, differences, for_each_chunk, roots};
 use crate::model::Parents;
 
@@ -26,8 +28,15 @@ pub(super) struct Level {
     pub d: Vec<Vec4>,
     /// Displacements before the sweeps of a cycle; what was gained by them after that.
     pub before: Vec<Vec4>,
-    /// The springs; those of a tile together, in its order.
+    /// The springs; those that begin in a tile together, in the order of the tiles.
     pub bundles: Vec<Bundle>,
+    /// Bundles of tile t: `bundles[starts[t]..starts[t + 1]]`.
+    pub starts: Vec<usize>,
+    /// Particles in a block, a whole number of tiles: springs that begin in a block end in it or in the next one. So every second block
+    /// may be swept at the same time, with the same result.
+    pub block: usize,
+    /// The tiles of which sweeps moved a particle since this was cleared.
+    pub moved: Vec<bool>,
     /// Greatest lengths of the springs of each bundle of a coarse level [m].
     pub limits: Vec<Vec4>,
     /// Where the finest level keeps each particle.
@@ -58,14 +67,35 @@ pub(super) struct Pull {
 }
 
 impl Level {
-    /// Projects the springs of some bundles, one bundle after the other; `pulled` hears of the ends of those that were over.
-    pub fn sweep(&mut self, run: Range<usize>, pull: Pull, backwards: bool, pulled: impl FnMut(&[[u32; LANES]; 2])) {
-        Arch::new().dispatch(Sweep { d: &mut self.d, bundles: &self.bundles[run], pull, backwards, pulled });
+    /// Projects all springs, or those of the tiles in `only`: every second block, then the others.
+    pub fn sweep(&mut self, pull: Pull, backwards: bool, only: Option<&[bool]>, pool: &Pool) {
+        let in_parallel = pool.pays_for(self.d.len());
+        let Self { d, bundles, starts, block, moved, .. } = self;
+        let (bundles, starts, block) = (&*bundles, &*starts, *block);
+        let tiles = block / TILE as usize;
+        for phase in if backwards { [1, 0] } else { [0, 1] } {
+            let (d, moved) = (d.get_mut(phase * block..).unwrap_or_default(), moved.get_mut(phase * tiles..).unwrap_or_default());
+            let each = |(index, (d, moved)): (usize, (&mut [Vec4], &mut [bool]))| {
+                let first = (2 * index + phase) * tiles;
+                let tiles = first..(first + tiles).min(starts.len() - 1);
+                Arch::new().dispatch(Sweep { d, moved, first, tiles, bundles, starts, pull, backwards, only });
+            };
+            if in_parallel {
+                d.par_chunks_mut(2 * block).zip(moved.par_chunks_mut(2 * tiles)).enumerate().for_each(each);
+            } else {
+                d.chunks_mut(2 * block).zip(moved.chunks_mut(2 * tiles)).enumerate().for_each(each);
+            }
+        }
     }
 
-    /// What the springs of some bundles are against `enough` of their limits.
-    pub fn measure(&self, run: Range<usize>, enough: f32) -> Measure {
-        Arch::new().dispatch(Measured { d: &self.d, bundles: &self.bundles[run], enough })
+    /// What the springs of a tile are against `enough` of their limits.
+    pub fn measure(&self, tile: usize, enough: f32) -> Measure {
+        Arch::new().dispatch(Measured { d: &self.d, bundles: self.bundles_of(tile), enough })
+    }
+
+    /// The springs that begin in a tile.
+    pub fn bundles_of(&self, tile: usize) -> &[Bundle] {
+        &self.bundles[self.starts[tile]..self.starts[tile + 1]]
     }
 
     /// Takes the displacements of the finest level.
@@ -88,27 +118,42 @@ impl Level {
     }
 }
 
-struct Sweep<'a, F> {
+/// The springs of a block.
+struct Sweep<'a> {
+    /// The particles of the block and the next one, and whether their tiles were moved.
     d: &'a mut [Vec4],
+    moved: &'a mut [bool],
+    /// The first tile of the block, and all of them.
+    first: usize,
+    tiles: Range<usize>,
     bundles: &'a [Bundle],
+    starts: &'a [usize],
     pull: Pull,
     backwards: bool,
-    pulled: F,
+    only: Option<&'a [bool]>,
 }
 
-impl<F: FnMut(&[[u32; LANES]; 2])> WithSimd for Sweep<'_, F> {
+impl WithSimd for Sweep<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { d, bundles, pull, backwards, mut pulled } = self;
-        if backwards {
-            for bundle in bundles.iter().rev() {
-                bundle.project(d, pull, &mut pulled);
+        let Self { d, moved, first, tiles, bundles, starts, pull, backwards, only } = self;
+        let first = (first * TILE as usize) as u32;
+        for step in 0..tiles.len() {
+            let tile = if backwards { tiles.end - 1 - step } else { tiles.start + step };
+            if only.is_some_and(|only| !only[tile]) {
+                continue;
             }
-        } else {
-            for bundle in bundles {
-                bundle.project(d, pull, &mut pulled);
+            let bundles = &bundles[starts[tile]..starts[tile + 1]];
+            if backwards {
+                for bundle in bundles.iter().rev() {
+                    bundle.project(d, moved, first, pull);
+                }
+            } else {
+                for bundle in bundles {
+                    bundle.project(d, moved, first, pull);
+                }
             }
         }
     }
@@ -211,10 +256,13 @@ impl Bundle {
         x * x + y * y + z * z
     }
 
-    /// Pulls together the ends of each spring that is over its aim, each end by its share.
+    /// Pulls together the ends of each spring that is over its aim, each end by its share. `first` is the particle at the beginning
+    /// of `d` and of the first tile of `moved`.
     #[inline(always)]
-    fn project(&self, d: &mut [Vec4], pull: Pull, pulled: impl FnOnce(&[[u32; LANES]; 2])) {
-        let [u, v, w] = differences(d, &self.ends);
+    fn project(&self, d: &mut [Vec4], moved: &mut [bool], first: u32, pull: Pull) {
+        let [[a, b, c, e], [f, g, h, i]] = self.ends;
+        let ends = [[a - first, b - first, c - first, e - first], [f - first, g - first, h - first, i - first]];
+        let [u, v, w] = differences(d, &ends);
         let [x, y, z] = [self.start[0] + u, self.start[1] + v, self.start[2] + w];
         let square = x * x + y * y + z * z;
         let aim = self.limit * pull.aim;
@@ -235,7 +283,7 @@ impl Bundle {
             // The length still shrinks by the same.
             excess = excess * square / (x * along[0] + y * along[1] + z * along[2]);
         }
-        let [a, b] = &self.ends;
+        let [a, b] = &ends;
         let of_a = Vec4::new(d[a[0] as usize].w, d[a[1] as usize].w, d[a[2] as usize].w, d[a[3] as usize].w);
         let of_b = Vec4::new(d[b[0] as usize].w, d[b[1] as usize].w, d[b[2] as usize].w, d[b[3] as usize].w);
         // The floor keeps two held ends from dividing by zero.
@@ -243,6 +291,6 @@ impl Bundle {
         for (ends, share) in [(a, share * of_a), (b, -share * of_b)] {
             add_to_each(d, ends, [along[0] * share, along[1] * share, along[2] * share]);
         }
-        pulled(&self.ends);
+        ends.as_flattened().iter().for_each(|end| moved[(end / TILE) as usize] = true);
     }
 }

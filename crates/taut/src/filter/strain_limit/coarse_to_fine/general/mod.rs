@@ -13,7 +13,7 @@ mod tiles;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::{Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
-use crate::geometry::{Pool, Vectors, roots};
+use crate::geometry::{Pool, Vectors, for_each_chunk, roots};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
 use level::{LANES, Level, Pull};
@@ -85,38 +85,28 @@ impl GeneralLevels {
         }
     }
 
-    /// Sweeps a coarse level.
-    fn sweep(&mut self, index: usize) {
-        let level = &mut self.levels[index];
-        level.sweep(0..level.bundles.len(), Pull { aim: 1.0, at_start: true }, self.backwards, |_| ());
+    /// Sweeps a level.
+    fn sweep(&mut self, index: usize, pool: &Pool) {
+        let pull = self.pull(index);
+        self.levels[index].sweep(pull, self.backwards, None, pool);
         self.backwards = !self.backwards;
     }
 
-    /// Sweeps the finest level, everywhere or where it is marked and around that.
-    fn sweep_finest(&mut self, everywhere: bool) {
-        let pull = Pull { aim: 1.0 - self.deltas[0], at_start: false };
-        let Self { levels, tiles, .. } = self;
-        let count = tiles.count();
-        for tile in 0..count {
-            let tile = if self.backwards { count - 1 - tile } else { tile };
-            if everywhere || tiles.is_wide(tile) {
-                levels[0].sweep(tiles.bundles(tile), pull, self.backwards, |ends| tiles.moves(ends));
-            }
-        }
+    /// Sweeps the finest level where it is over its limit and around that.
+    fn sweep_marked(&mut self, pool: &Pool) {
+        let pull = self.pull(0);
+        self.levels[0].sweep(pull, self.backwards, Some(self.tiles.wide()), pool);
         self.backwards = !self.backwards;
     }
 
-    /// What springs are where sweeps moved something; elsewhere they are below their aim, and that is below `enough`. Marks the tiles
-    /// that are over `enough`.
-    fn measure(&mut self, enough: f32) -> Measure {
-        let mut all = Measure::default();
-        for tile in 0..self.tiles.count() {
-            let changed = self.tiles.has_changed(tile);
-            let here = if changed { self.levels[0].measure(self.tiles.bundles(tile), enough) } else { Measure::default() };
-            self.tiles.mark(tile, here.over > 0);
-            all = all.and(here);
-        }
-        all
+    /// Coarse limits have their back-off in them.
+    fn pull(&self, index: usize) -> Pull {
+        if index == 0 { Pull { aim: 1.0 - self.deltas[0], at_start: false } } else { Pull { aim: 1.0, at_start: true } }
+    }
+
+    /// What is left where sweeps moved something since `moved` was cleared.
+    fn measure(&mut self, enough: f32, pool: &Pool) -> Measure {
+        self.tiles.measure(&self.levels[0], enough, pool)
     }
 
     /// Goes on with `momentum`.
@@ -139,7 +129,7 @@ impl GeneralLevels {
 }
 
 impl Levels for GeneralLevels {
-    fn load(&mut self, positions: &Vectors, ends: &Vectors, _: &Pool) {
+    fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool) {
         let places = self.x.iter_mut().zip(&mut self.levels[0].d);
         for (particle, (x, d)) in self.particles.iter().zip(places) {
             let (start, end) = (positions.get(*particle as usize), ends.get(*particle as usize));
@@ -148,13 +138,14 @@ impl Levels for GeneralLevels {
         }
         self.hand_out();
         let (finest, coarse) = self.levels.split_at_mut(1);
-        for bundle in &mut finest[0].bundles {
-            bundle.begin(|end| self.x[end as usize]);
-        }
+        let x = &self.x;
+        for_each_chunk(&mut finest[0].bundles, pool, |_, bundles| {
+            bundles.iter_mut().for_each(|bundle| bundle.begin(|end| x[end as usize]));
+        });
         for level in coarse {
             let Level { bundles, limits, finest, .. } = level;
             for (bundle, limit) in bundles.iter_mut().zip(limits) {
-                bundle.begin(|end| self.x[finest[end as usize] as usize]);
+                bundle.begin(|end| x[finest[end as usize] as usize]);
                 let length = roots(bundle.squares_at_start());
                 // Where the cloth is further than that it may stay so, less the back-off.
                 bundle.limit = (*limit).max(length) - *limit * self.deltas[1];
@@ -173,34 +164,34 @@ impl Levels for GeneralLevels {
                 *d = self.corrected.get(place).extend(d.w);
             }
             self.go_on(0.0);
-            self.tiles.moves_all();
-            return Some(self.measure(enough));
+            self.levels[0].moved.fill(true);
+            return Some(self.measure(enough, pool));
         }
         self.go_on(momentum(cycles, LAG));
         let (finest, coarse) = self.levels.split_at_mut(1);
         coarse.iter_mut().for_each(|level| level.sample(&finest[0]));
         for index in (1..self.levels.len()).rev() {
             for _ in 0..coarse_sweeps(self.levels[index].d.len()) {
-                self.sweep(index);
+                self.sweep(index, pool);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
             fine[index - 1].follow(&mut coarse[0], pool);
         }
-        self.tiles.begin();
-        self.sweep_finest(true);
+        self.levels[0].moved.fill(false);
+        self.sweep(0, pool);
         if self.unmeasured > 0 {
             self.unmeasured -= 1;
             return None;
         }
-        let mut left = self.measure(enough);
+        let mut left = self.measure(enough, pool);
         self.unmeasured = cycles_to_come(self.tiles.share());
         for _ in 0..LOCAL_ROUNDS {
             if left.over == 0 || !self.tiles.widen() {
                 break;
             }
-            self.tiles.begin();
-            (0..LOCAL_SWEEPS).for_each(|_| self.sweep_finest(false));
-            left = self.measure(enough);
+            self.levels[0].moved.fill(false);
+            (0..LOCAL_SWEEPS).for_each(|_| self.sweep_marked(pool));
+            left = self.measure(enough, pool);
         }
         Some(left)
     }
@@ -210,11 +201,9 @@ impl Levels for GeneralLevels {
     }
 
     fn over(&self, enough: f32, visit: &mut dyn FnMut([usize; 2])) {
-        let Level { d, bundles, .. } = &self.levels[0];
-        for bundle in
-            (0..self.tiles.count()).filter(|&tile| self.tiles.is_marked(tile)).flat_map(|tile| &bundles[self.tiles.bundles(tile)])
-        {
-            let over = bundle.squares(d).cmpgt(bundle.limit * bundle.limit * (enough * enough)).bitmask();
+        let finest = &self.levels[0];
+        for bundle in self.tiles.marked().flat_map(|tile| finest.bundles_of(tile)) {
+            let over = bundle.squares(&finest.d).cmpgt(bundle.limit * bundle.limit * (enough * enough)).bitmask();
             for lane in (0..LANES).filter(|lane| over >> lane & 1 == 1) {
                 visit(bundle.ends.map(|ends| self.particles[ends[lane] as usize] as usize - self.first));
             }
@@ -296,19 +285,19 @@ mod tests {
                 ends.set(particle, start.get(particle) + Vec3::new(x, y, 0.0));
             }
             levels.load(start, &ends, &pool);
-            levels.tiles.moves_all();
-            let mut worst = levels.measure(ENOUGH);
+            levels.levels[0].moved.fill(true);
+            let mut worst = levels.measure(ENOUGH, &pool);
             for _ in 0..6 {
                 if worst.over == 0 {
                     break;
                 }
                 levels.tiles.widen();
-                levels.tiles.begin();
-                levels.sweep_finest(false);
-                worst = levels.measure(ENOUGH);
+                levels.levels[0].moved.fill(false);
+                levels.sweep_marked(&pool);
+                worst = levels.measure(ENOUGH, &pool);
                 let marked = levels.tiles.share();
-                levels.tiles.moves_all();
-                let everywhere = levels.measure(ENOUGH);
+                levels.levels[0].moved.fill(true);
+                let everywhere = levels.measure(ENOUGH, &pool);
                 prop_assert_eq!(worst.over, everywhere.over);
                 prop_assert!(worst == everywhere || everywhere.over == 0, "{:?} where it was swept, {:?} everywhere", worst, everywhere);
                 prop_assert_eq!(marked, levels.tiles.share());
