@@ -52,6 +52,10 @@ class Report(TypedDict):
     """Times that the certificate had to shorten the step of a cloth to keep its limit."""
     held_back_pins: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow."""
+    lost_motion: float
+    """Largest part of its motion that the certificate took from a cloth in a step."""
+    mean_lost_motion: float
+    """The same, mean of the steps."""
     kinetic_energy: float
     """At the end of the call [J]."""
     elastic_energy: float

@@ -18,7 +18,7 @@ from zarr.codecs import BloscCodec, Crc32cCodec
 from taut.cache.header import Header
 from taut.cache.store import DurableStore
 
-FORMAT = "taut-cache/2"
+FORMAT = "taut-cache/3"
 
 ATTRIBUTES: dict[str, type] = {
     "version": str,
@@ -57,6 +57,8 @@ DIAGNOSTICS: dict[str, str] = {
     "sweeps": "int64",
     "cuts": "int32",
     "held_back_pins": "int32",
+    "lost_motion": "float64",
+    "mean_lost_motion": "float64",
     "kinetic_energy": "float64",
     "elastic_energy": "float64",
     "potential_energy": "float64",
