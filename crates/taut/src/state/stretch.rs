@@ -60,10 +60,12 @@ fn worse((over, worst): (u32, f32), (more, ratio): (u32, f32)) -> (u32, f32) {
 
 /// |X_uv|^2 of some springs [m^2].
 pub fn measure_squares(model: &Model, springs: Range<usize>, positions: &Vectors, squares: &mut [f32]) {
-    let columns = positions.columns();
-    for (square, ends) in squares.iter_mut().zip(&model.springs.ends[springs]) {
-        let [u, v] = ends.map(|end| end as usize);
-        let [x, y, z] = columns.map(|column| column[v] - column[u]);
+    // Columns that are seen to be as long as one another are checked once for each end.
+    let count = positions.len();
+    let (x, y, z) = (&positions.x[..count], &positions.y[..count], &positions.z[..count]);
+    for (square, [u, v]) in squares.iter_mut().zip(&model.springs.ends[springs]) {
+        let (u, v) = (*u as usize, *v as usize);
+        let (x, y, z) = (x[v] - x[u], y[v] - y[u], z[v] - z[u]);
         *square = x * x + y * y + z * z;
     }
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::super::Measure;
 use super::tiles::TILE;
-use crate::geometry::{Pool, add_to_each, by_axis, differences, for_each_chunk, roots};
+use crate::geometry::{Pool, add_to_each, differences, for_each_chunk, roots};
 use crate::model::Parents;
 
 /// How many springs are looked at together.
@@ -235,11 +235,12 @@ impl Bundle {
         Self { ends, start: [Vec4::ZERO; 3], limit: Vec4::from_array(limit) }
     }
 
-    /// Takes where the step begins: `x` at the ends [m].
-    pub fn begin(&mut self, x: impl Fn(u32) -> Vec4) {
-        let [a, b] = self.ends;
-        let between = |lane: usize| x(b[lane]) - x(a[lane]);
-        self.start = by_axis([0, 1, 2, 3].map(between));
+    /// Takes where the step begins: `x` by places of the finest level [m], which `finest` tells.
+    pub fn begin(&mut self, x: &[Vec4], finest: &[u32]) {
+        let [a, b] = &self.ends;
+        let place = |end: u32| finest[end as usize];
+        let ends = [[place(a[0]), place(a[1]), place(a[2]), place(a[3])], [place(b[0]), place(b[1]), place(b[2]), place(b[3])]];
+        self.start = differences(x, &ends);
     }
 
     /// The squares of the lengths at the start of the step [m^2].

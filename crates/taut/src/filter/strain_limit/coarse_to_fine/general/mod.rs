@@ -139,13 +139,12 @@ impl Levels for GeneralLevels {
         self.hand_out();
         let (finest, coarse) = self.levels.split_at_mut(1);
         let x = &self.x;
-        for_each_chunk(&mut finest[0].bundles, pool, |_, bundles| {
-            bundles.iter_mut().for_each(|bundle| bundle.begin(|end| x[end as usize]));
-        });
+        let Level { bundles, finest: places, .. } = &mut finest[0];
+        for_each_chunk(bundles, pool, |_, bundles| bundles.iter_mut().for_each(|bundle| bundle.begin(x, places)));
         for level in coarse {
             let Level { bundles, limits, finest, .. } = level;
             for (bundle, limit) in bundles.iter_mut().zip(limits) {
-                bundle.begin(|end| x[finest[end as usize] as usize]);
+                bundle.begin(x, finest);
                 let length = roots(bundle.squares_at_start());
                 // Where the cloth is further than that it may stay so, less the back-off.
                 bundle.limit = (*limit).max(length) - *limit * self.deltas[1];
