@@ -101,7 +101,7 @@ def test_plain_zarr_reads_what_the_contract_says(recorded: Path, consolidated: b
     assert [f"{int(value):016x}" for value in diagnostics["state_hash"][...]] == hashes
     attributes = dict(root.attrs)
     assert attributes["state_hash"] == hashes[-1]
-    assert attributes["format"] == "taut-cache/2"
+    assert attributes["format"] == "taut-cache/3"
     assert attributes["version"] == _taut.__version__
     assert attributes["cloths"] == [{"name": "flag", "first_vertex": 0, "vertices": 35}]
     assert Scene(attributes["scene"]).document == attributes["scene"]
@@ -255,7 +255,7 @@ class TestDamage:
             (lambda root: root["attributes"].pop("format"), "its format is None"),
             (
                 lambda root: root["attributes"].update(format="taut-cache/9"),
-                "'taut-cache/9', not 'taut-cache/2'",
+                "'taut-cache/9', not 'taut-cache/3'",
             ),
             (lambda root: root["attributes"].pop("scene"), "the attribute scene is missing"),
             (lambda root: root["attributes"].update(cloths=3), "the attribute cloths is missing or no list"),

@@ -68,6 +68,17 @@ def test_bad_input_is_one_red_line(
     assert not (tmp_path / "out.zarr").exists()
 
 
+def test_a_sandbox_reads_no_mesh_outside_of_the_folder(taut: Command, tmp_path: Path) -> None:
+    (tmp_path / "scene").mkdir()
+    (tmp_path / "sheet.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")
+    scene = tmp_path / "scene/mine.toml"
+    scene.write_text('[[cloth]]\nmesh = "../sheet.obj"\nfabric = "cotton"\n')
+    run = ["run", scene, "--frames", 1, "--quiet", "--out"]
+    assert taut(*run, tmp_path / "own.zarr").status == 0
+    refused = taut(*run, tmp_path / "other.zarr", "--sandbox")
+    assert (refused.status, "leaves the scene's folder" in refused.err) == (2, True)
+
+
 def test_warnings_are_shown(taut: Command, flag_file: Path, tmp_path: Path) -> None:
     heavy = ["--frames", 1, "--set", "cloth[0].fabric=silk", "--set", "cloth[0].density=1"]
     done = taut("run", flag_file, "--out", tmp_path / "a.zarr", *heavy)

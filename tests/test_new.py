@@ -130,6 +130,18 @@ class TestMesh:
         assert taut("new", "there/mine", "--mesh", "there/box.obj").status == 0
         assert Scene.load("there/mine.toml").document["cloth"][0]["mesh"] == "box.obj"
 
+    def test_it_may_lie_anywhere(self, taut: Command, here: Path) -> None:
+        (here / "there").mkdir()
+        (here / "box.obj").write_text(BOX)
+        for name, given, path in (
+            ("relative", Path("box.obj"), "../box.obj"),
+            ("absolute", here / "box.obj", str(here / "box.obj")),
+        ):
+            assert taut("new", f"there/{name}", "--mesh", given).status == 0
+            scene = Scene.load(f"there/{name}.toml")
+            assert scene.document["cloth"][0]["mesh"] == path
+            Simulation(scene)
+
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
@@ -143,7 +155,7 @@ class TestMesh:
         (["new", "--mesh", "box.obj", "--kind", "flag"], "give one of them"),
         (["new", "--up", "y"], "--up y says how a mesh stands"),
         (["new", "--mesh", "gone.obj"], "there is no file"),
-        (["new", "--mesh", "../box.obj"], "leaves the scene's folder"),
+        (["new", "--mesh", "../gone.obj"], "there is no file"),
         (["new", "--mesh", "taken.toml"], ".toml is not a mesh format"),
         (["new", "--mesh", "broken.obj"], "broken.obj"),
         (["new", "--kind", "sail"], "'flag', 'hanging'"),

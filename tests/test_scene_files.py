@@ -218,19 +218,34 @@ class TestMeshes:
             ("https://example.org/shirt.obj", "is a reference"),
             ("../shirt.obj", "leaves the scene's folder"),
             ("inside/../../shirt.obj", "leaves the scene's folder"),
+            ("inside/../shirt.obj", "leaves the scene's folder"),
+            ("inside\\..\\shirt.obj", "leaves the scene's folder"),
             ("link.obj", "leaves the scene's folder"),
             ("gone.obj", "there is no file"),
             ("inside", "there is no file"),
             ("a\0b.obj", "is no file name"),
         ],
     )
-    def test_hostile_paths_are_refused(self, tmp_path: Path, name: str, message: str) -> None:
+    def test_a_sandbox_refuses_hostile_paths(self, tmp_path: Path, name: str, message: str) -> None:
         folder = tmp_path / "scene"
         (folder / "inside").mkdir(parents=True)
         (tmp_path / "shirt.obj").write_text(OBJ)
         (folder / "link.obj").symlink_to(tmp_path / "shirt.obj")
-        with pytest.raises(SceneError, match=rf"scene.cloth\[0\].mesh.*({message})"):
-            Simulation(Scene(with_mesh(name), folder=folder))
+        scene = Scene(with_mesh(name), folder=folder, sandbox=True)
+        for hostile in (scene, scene.with_settings(["fps=30"])):
+            with pytest.raises(SceneError, match=rf"scene.cloth\[0\].mesh.*({message})"):
+                Simulation(hostile)
+
+    def test_ones_own_meshes_lie_anywhere(self, tmp_path: Path) -> None:
+        folder = tmp_path / "scene"
+        folder.mkdir()
+        (tmp_path / "shirt.obj").write_text(OBJ)
+        (folder / "link.obj").symlink_to(tmp_path / "shirt.obj")
+        for name in ("../shirt.obj", "link.obj", str(tmp_path / "shirt.obj")):
+            np.testing.assert_array_equal(Simulation(Scene(with_mesh(name), folder=folder)).positions, SQUARE)
+        for name in ("https://example.org/shirt.obj", "gone.obj", str(tmp_path), "a\0b.obj"):
+            with pytest.raises(SceneError, match=r"scene.cloth\[0\].mesh.*(is a reference|no file)"):
+                Simulation(Scene(with_mesh(name), folder=folder))
 
     @pytest.mark.parametrize(
         ("vertices", "faces", "message"),

@@ -33,6 +33,13 @@ FORBIDDEN_IN_ENGINE = re.compile(
     r"\bstd::(fs|net|time|process|env)\b|\be?print(ln)?!|\bdbg!|\bSystemTime\b|\bInstant\b|\bfmul_add|\.mul_add\("
 )
 
+# Functions whose last bits the platform chooses; geometry/functions.rs has others. Tests may use them.
+FROM_THE_PLATFORM = re.compile(
+    r"\.(a?(sin|cos|tan)h?|atan2|sin_cos|exp|exp2|exp_m1|ln|ln_1p|log|log2|log10|powf|powi|hypot|cbrt)\("
+    r"|\b(to_radians|to_degrees|from_euler|to_euler|from_axis_angle|from_scaled_axis|to_axis_angle)\b"
+    r"|\b(from_rotation_\w+|from_angle|angle_between|angle_to|to_angle|slerp|rotate_towards)\b"
+)
+
 # Modules of the package that may not import the ones on the right.
 PACKAGE_RULES: dict[str, set[str]] = {
     "formats": {"bench", "cli", "cache", "compare", "figures", "render", "run", "simulation", "view"},
@@ -68,6 +75,19 @@ def engine_imports() -> list[str]:
                     broken.append(f"{path.relative_to(ROOT)}:{number}: `{room}` must not use `{other}`")
             if FORBIDDEN_IN_ENGINE.search(line.split("//")[0]):
                 broken.append(f"{path.relative_to(ROOT)}:{number}: the engine must not use `{line.strip()}`")
+    return broken
+
+
+def platform_functions() -> list[str]:
+    """Calls of functions that differ between machines, before the tests of a file begin."""
+    broken = []
+    for path in sorted(ENGINE.rglob("*.rs")):
+        for number, line in enumerate(path.read_text().partition("#[cfg(test)]")[0].splitlines(), 1):
+            if found := FROM_THE_PLATFORM.search(line.split("//")[0]):
+                broken.append(
+                    f"{path.relative_to(ROOT)}:{number}: `{found[0].strip('.(')}` differs between machines; "
+                    "use that of geometry/functions.rs"
+                )
     return broken
 
 
@@ -110,7 +130,7 @@ def long_files() -> list[str]:
 
 def main() -> None:
     """Prints every broken rule."""
-    broken = engine_imports() + package_imports() + paths_in_documents() + long_files()
+    broken = engine_imports() + platform_functions() + package_imports() + paths_in_documents() + long_files()
     print("\n".join(broken))
     sys.exit(1 if broken else 0)
 

@@ -52,6 +52,10 @@ class Report(TypedDict):
     """Times that the certificate had to shorten the step of a cloth to keep its limit."""
     held_back_pins: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow."""
+    lost_motion: float
+    """Largest part of its motion that the certificate took from a cloth in a step."""
+    mean_lost_motion: float
+    """The same, mean of the steps."""
     kinetic_energy: float
     """At the end of the call [J]."""
     elastic_energy: float
@@ -77,11 +81,15 @@ def simd_lanes() -> int:
     """Numbers of single precision in a vector register here: 16 (AVX-512), 8 (AVX2), 4 (NEON) or 1."""
 
 def state_hash(
-    positions: NDArray[np.float32], velocities: NDArray[np.float32], past: NDArray[np.float32] | None = None
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    past: NDArray[np.float32] | None = None,
+    origins: NDArray[np.float64] | None = None,
 ) -> str:
-    """XXH3 hash (16 hexadecimal digits) of positions and velocities, both of shape (vertices, 3), and past.
+    """XXH3 hash (16 hexadecimal digits) of local positions and velocities, shape (vertices, 3), and past.
 
-    The past is that of a two-step integrator, see :meth:`Engine.past`, of shape (2 vertices, 3).
+    The past is that of a two-step integrator, see :meth:`Engine.past`, of shape (2 vertices, 3). Origins, of
+    shape (cloths, 3), count unless all of them are zero, as they are when left out.
     """
 
 @final
@@ -148,7 +156,13 @@ class Engine:
     def time(self) -> float:
         """Time since the start [s]."""
     def positions(self) -> NDArray[np.float32]:
-        """A copy, [m], shape (vertices, 3)."""
+        """A copy, [m], shape (vertices, 3); in the world."""
+    @property
+    def local_positions(self) -> NDArray[np.float32]:
+        """A copy, [m], shape (vertices, 3); from the origin of each cloth."""
+    @property
+    def origins(self) -> NDArray[np.float64]:
+        """Where the local positions of each cloth begin now [m], shape (cloths, 3), a copy."""
     def velocities(self) -> NDArray[np.float32]:
         """A copy, [m/s], shape (vertices, 3)."""
     def read_state(self, positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> None:
@@ -163,7 +177,7 @@ class Engine:
             IndexError: there is no such vertex.
             ValueError: a number is not finite, or the speed not above 0.
         """
-    def hold(self, vertices: list[int], targets: NDArray[np.float32], over: float = 0.0) -> None:
+    def hold(self, vertices: list[int], targets: NDArray[np.float64], over: float = 0.0) -> None:
         """Hold vertices until :meth:`release`; they reach their targets [m], shape (n, 3), in a time [s].
 
         Raises:
@@ -211,14 +225,16 @@ class Engine:
         """
     def set_state(
         self,
-        positions: NDArray[np.float32],
+        positions: NDArray[np.float32] | NDArray[np.float64],
         velocities: NDArray[np.float32],
         steps: int,
         past: NDArray[np.float32] | None = None,
+        origins: NDArray[np.float64] | None = None,
     ) -> None:
         """Replace the state [m], [m/s] and the number of steps taken, from which the time follows.
 
-        Without its past a two-step integrator starts anew.
+        Positions are in the world, float64; or local, float32, if there are origins. Without its past a
+        two-step integrator starts anew.
 
         Raises:
             ValueError: a wrong shape or a non-finite number (which one is named).

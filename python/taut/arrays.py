@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 Array = TypeVar("Array", bound=NDArray[Any])
 
 
-def single(name: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Numbers of single precision.
+def single(name: str, value: ArrayLike, shape: tuple[int, ...], kind: Any = np.float32) -> NDArray[Any]:
+    """Numbers that single precision can hold, as an array of a kind.
 
     Raises:
         TypeError: numbers of another type.
@@ -29,7 +29,7 @@ def single(name: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.fl
         vertex, axis = bad[0]
         number = array[vertex, axis]
         raise ValueError(f"{name}[{vertex}, {axis}] = {number}: must be finite in float32")
-    return numbers
+    return np.ascontiguousarray(array, kind)
 
 
 def chosen(vertices: ArrayLike, count: int) -> list[int]:
@@ -50,13 +50,13 @@ def chosen(vertices: ArrayLike, count: int) -> list[int]:
     return [int(vertex) for vertex in array]
 
 
-def places(targets: ArrayLike, count: int) -> NDArray[np.float32]:
+def world_places(targets: ArrayLike, count: int) -> NDArray[np.float64]:
     """A place for each of `count` vertices [m], shape (count, 3); one place alone may have the shape (3,).
 
     Raises:
         ValueError: a wrong shape.
     """
-    array = np.ascontiguousarray(targets, np.float32)
+    array = np.ascontiguousarray(targets, np.float64)
     if array.shape == (3,) and count == 1:
         array = array.reshape(1, 3)
     if array.shape != (count, 3):

@@ -35,6 +35,11 @@ class Report:
     """Times that the certificate had to shorten the step of a cloth to keep its limit [1]."""
     held_back_pins: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow [1]."""
+    lost_motion: float
+    """Largest part of its motion that the certificate took from a cloth in a step [1]: 0 where it cut
+    nothing, 1 where it stopped the cloth."""
+    mean_lost_motion: float
+    """The same, mean of the steps [1]."""
     kinetic_energy: float
     """At the end of the call [J]."""
     elastic_energy: float

@@ -4,7 +4,7 @@ import operator
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -118,14 +118,19 @@ def _advance(simulation: Simulation, index: int) -> Frame:
 
 
 def _move_to(simulation: Simulation, cache: Cache, frame: int) -> None:
-    state = cache.positions(frame), cache.velocities(frame)
-    simulation.set_state(*state, frame * simulation.substeps, cache.past(frame))
+    state = cache.local_positions(frame), cache.velocities(frame)
+    simulation.set_state(*state, frame * simulation.substeps, cache.past(frame), cache.origins(frame))
 
 
 def _frame(simulation: Simulation, ms: float) -> Frame:
-    state, past = (simulation.positions, simulation.velocities), simulation.past
+    positions, velocities, past = simulation.positions, simulation.velocities, simulation.past
+    origins = simulation.origins
+    moved = bool(origins.any())
+    local = simulation.local_positions if moved else positions
     # Of what is kept: the hash of a simulation counts pins that a user moved as well.
-    return Frame(*state, simulation.report, ms, _taut.state_hash(*state, past), past)
+    found = _taut.state_hash(local, velocities, past, origins)
+    frame = Frame(positions, velocities, simulation.report, ms, found, past)
+    return replace(frame, origins=origins, local_positions=local) if moved else frame
 
 
 def _header(simulation: Simulation) -> Header:

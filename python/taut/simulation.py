@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from taut._taut import Engine
-from taut.arrays import chosen, places, read_only, single, triple
+from taut.arrays import chosen, read_only, single, triple, world_places
 from taut.report import Report
 from taut.scene import Mesh, Scene
 from taut.scene.plain import plain
@@ -149,17 +149,39 @@ class Simulation:
 
     @property
     def positions(self) -> NDArray[np.float32]:
-        """Positions [m], shape (vertices, 3), float32.
+        """Positions in the world [m], shape (vertices, 3), float32.
 
         A live, read-only view: the same array shows the new positions after every step; copy it to keep
         it. Assign an array to move the vertices: ``simulation.positions = array``, of type float32 or
         float64 and the same shape, with finite numbers.
+
+        Float32 tells places 1 km from the origin 0.06 mm apart; :attr:`exact_positions` has all digits.
         """
         return self._positions
 
     @positions.setter
     def positions(self, array: ArrayLike) -> None:
         self.set_state(array, self._velocities, self.steps)
+
+    @property
+    def origins(self) -> NDArray[np.float64]:
+        """Where the coordinates of each cloth begin now [m], shape (cloths, 3), a copy.
+
+        Each cloth is simulated with coordinates of its own, so that it moves alike wherever it is. They begin
+        at the origin of the world for cloth near it; a cloth that travels takes its origin along.
+        """
+        return self._engine.origins
+
+    @property
+    def local_positions(self) -> NDArray[np.float32]:
+        """Positions from the origin of each cloth [m], shape (vertices, 3), a copy: what is simulated."""
+        return self._engine.local_positions
+
+    @property
+    def exact_positions(self) -> NDArray[np.float64]:
+        """Positions in the world [m], shape (vertices, 3), float64: origins and local positions added up."""
+        counts = [cloth.vertices for cloth in self.cloths]
+        return np.repeat(self.origins, counts, axis=0) + self.local_positions.astype(np.float64)
 
     @property
     def velocities(self) -> NDArray[np.float32]:
@@ -184,22 +206,25 @@ class Simulation:
         velocities: ArrayLike,
         steps: int,
         past: NDArray[np.float32] | None = None,
+        origins: NDArray[np.float64] | None = None,
     ) -> None:
         """Replace the state.
 
         Args:
-            positions: [m], shape (vertices, 3), float32 or float64.
+            positions: in the world [m], shape (vertices, 3), float32 or float64.
             velocities: [m/s], likewise.
             steps: steps taken since the start, from which the time follows.
             past: :attr:`past`; without it a two-step integrator starts anew.
+            origins: :attr:`origins`, if the positions are :attr:`local_positions`: together the same bits as
+                they were; without them cloths far from where they were built get origins near them.
 
         Raises:
             TypeError: numbers of another type.
             ValueError: a wrong shape, or a number that is not finite (which one is named).
         """
         shape = self._positions.shape
-        state = single("positions", positions, shape), single("velocities", velocities, shape)
-        self._engine.set_state(*state, steps, past)
+        places = single("positions", positions, shape, np.float64 if origins is None else np.float32)
+        self._engine.set_state(places, single("velocities", velocities, shape), steps, past, origins)
         self._refresh()
         self._report = Report(**self._engine.report())
 
@@ -246,7 +271,7 @@ class Simulation:
             ValueError: a wrong shape, or a number that is not finite.
         """
         numbers = chosen(vertices, len(self._positions))
-        self._engine.hold(numbers, places(targets, len(numbers)), over)
+        self._engine.hold(numbers, world_places(targets, len(numbers)), over)
 
     def release(self, vertices: ArrayLike) -> None:
         """Let vertices go that :meth:`hold` or :meth:`lead` holds; they keep their velocities.
@@ -333,7 +358,7 @@ class Simulation:
 
     @property
     def state_hash(self) -> str:
-        """XXH3 hash of positions, velocities and :attr:`past`, 16 hexadecimal digits."""
+        """XXH3 hash of local positions, velocities, past and origins, 16 hexadecimal digits."""
         return self._engine.state_hash()
 
     def external_forces(self) -> NDArray[np.float32]:

@@ -3,9 +3,11 @@
 import argparse
 import sys
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
-from tools.targets import chain, limit, momentum, motion, speed
-from tools.targets.table import FULL, QUICK, Effort, Row, markdown, write
+from tools.targets import chain, limit, mesh, momentum, motion, rest, settled, speed
+from tools.targets.table import FULL, QUICK, Effort, Row, details, markdown, write
 
 ROWS: dict[str, Callable[[Effort], Row]] = {
     "bound": limit.bound,
@@ -19,7 +21,12 @@ ROWS: dict[str, Callable[[Effort], Row]] = {
     "tip": motion.heavy_tip,
     "chain": chain.swing,
     "momentum": momentum.drift,
-    "mesh": speed.mesh,
+    "mesh": mesh.beside_a_grid,
+    "mesh-threads": mesh.threads,
+    "mesh-growth": mesh.growth,
+    "cycles": mesh.cycles,
+    "mesh-motion": settled.mesh_motion,
+    "rest": rest.rest,
 }
 """A function a row; the table keeps this order."""
 
@@ -34,12 +41,20 @@ def main() -> None:
         "--quick", action="store_true", help="tiny cloths: to see that it runs, not for figures"
     )
     parser.add_argument("--write", action="store_true", help="into README.md and docs/targets.md")
+    parser.add_argument("--runs", type=int, default=FULL.runs, help="of what depends on time or chance")
+    parser.add_argument(
+        "--sizes", type=_sizes, default=(), help="of meshes, as 65,129: vertices along a side"
+    )
+    parser.add_argument("--detail", type=Path, metavar="FILE", help="tables of all that was measured")
     given = parser.parse_args()
-    if given.write and (given.only or given.quick):
-        parser.error("--write needs all rows at full size; leave out --only and --quick")
+    if given.write and (given.only or given.quick or given.sizes or given.runs != FULL.runs):
+        parser.error("--write needs all rows at full size; leave out --only, --quick, --sizes and --runs")
+    effort = replace(QUICK if given.quick else FULL, sizes=given.sizes)
+    if given.runs != FULL.runs:
+        effort = replace(effort, runs=given.runs)
     rows = {}
     for name in given.only or ROWS:
-        rows[name] = ROWS[name](QUICK if given.quick else FULL)
+        rows[name] = ROWS[name](effort)
         print(
             f"{name}: {rows[name].reached}: {'met' if rows[name].met else 'not met'}",
             file=sys.stderr,
@@ -47,8 +62,17 @@ def main() -> None:
         )
     table = markdown(rows, speed.disturbed())
     print(table, end="")
+    if given.detail:
+        given.detail.write_text(details(rows))
     if given.write:
         write(table)
+    missed = [name for name, row in rows.items() if not row.met]
+    if missed and not given.quick:
+        sys.exit(f"not met: {', '.join(missed)}")
+
+
+def _sizes(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in text.split(","))
 
 
 if __name__ == "__main__":

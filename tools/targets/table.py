@@ -19,6 +19,12 @@ class Row:
     """What was measured, with where."""
     met: bool
     """Whether all that was measured meets the target."""
+    threads: str = "1"
+    """Worker threads."""
+    spread: str = "–"
+    """Of how much the figures are the middle or the worst; of times and of what is chaotic the spread."""
+    detail: str = ""
+    """Everything that was measured, a table in Markdown; nothing where `reached` says it all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +35,12 @@ class Effort:
     """Cells along a side are divided by this [1]."""
     frames: int = 300
     """Frames that are timed, 5 s of them [1]."""
-    seconds: float = 25.0
+    seconds: float = 60.0
     """No frame is begun after this much time in one measurement [s]."""
+    runs: int = 5
+    """How often what depends on time or chance is measured [1]."""
+    sizes: tuple[int, ...] = ()
+    """Vertices along a side of the meshes of the rows about their cost; those of the rows when left out."""
     steps: float = 1.0
     """Steps of each case of the bound are multiplied by this [1]."""
 
@@ -38,24 +48,37 @@ class Effort:
         """Cells along a side [1]."""
         return max(1, cells // self.divide)
 
+    def vertices(self, across: int) -> int:
+        """Vertices of a square sheet that has so many along a side [1]."""
+        return max(8, across // self.divide) ** 2
+
     @property
     def window(self) -> Window:
         """What is timed where nothing else limits it."""
-        return Window(self.frames, self.seconds, repeats=3)
+        return Window(self.frames, self.seconds, self.runs)
 
 
 FULL = Effort()
-QUICK = Effort(divide=16, frames=5, seconds=1.0, steps=0.05)
+QUICK = Effort(divide=16, frames=5, seconds=1.0, runs=1, steps=0.05)
 
 
 def markdown(rows: dict[str, Row], disturbed: bool) -> str:
     """The table, and what it was measured on."""
-    lines = ["| target | reached | met | `make targets ROW=` |", "|---|---|---|---|"]
+    lines = [
+        "| target | reached | met | threads | spread | `make targets ROW=` |",
+        "|---|---|---|---|---|---|",
+    ]
     for name, row in rows.items():
-        lines.append(f"| {row.target} | {row.reached} | {'yes' if row.met else '**no**'} | `{name}` |")
+        met = "yes" if row.met else "**no**"
+        lines.append(f"| {row.target} | {row.reached} | {met} | {row.threads} | {row.spread} | `{name}` |")
     machine = this_machine()
     note = " The machine was busy with something else: times are too long." if disturbed else ""
     return "\n".join([*lines, "", f"taut {machine.version} {machine.revision} on {machine}.{note}"]) + "\n"
+
+
+def details(rows: dict[str, Row]) -> str:
+    """What the rows say in full, for those that do."""
+    return "\n".join(f"## {name}\n\n{row.target}\n\n{row.detail}" for name, row in rows.items() if row.detail)
 
 
 def write(table: str) -> None:

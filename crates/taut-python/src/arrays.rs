@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyReadwriteArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use taut::geometry::Vectors;
 use taut::model::MeshData;
-use taut::state::hash_vectors;
+use taut::state::hash_of;
 
 /// Vectors as an array of shape (n, 3).
 pub fn to_numpy<'py>(py: Python<'py>, vectors: &Vectors) -> Bound<'py, PyArray2<f32>> {
@@ -49,6 +50,22 @@ pub fn from_numpy(name: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<Ve
     Ok(Vectors { x: column(0), y: column(1), z: column(2) })
 }
 
+/// Places [m] from a float64 array of shape (n, 3) of finite numbers.
+pub fn places(name: &str, value: &Bound<'_, PyAny>, n: Option<usize>) -> PyResult<Vec<DVec3>> {
+    let expected = n.map_or_else(|| "(cloths, 3)".to_owned(), |n| format!("({n}, 3)"));
+    let array =
+        value.cast::<PyArray2<f64>>().ok().filter(|array| array.shape()[1] == 3 && n.is_none_or(|n| array.shape()[0] == n));
+    let array = array.ok_or_else(|| PyValueError::new_err(format!("{name} must be a float64 array of shape {expected}")))?;
+    let array = array.try_readonly().map_err(|error| PyValueError::new_err(format!("{name} is in use elsewhere: {error}")))?;
+    let places: Vec<DVec3> = array.as_array().rows().into_iter().map(|row| DVec3::new(row[0], row[1], row[2])).collect();
+    match places.iter().position(|place| !place.is_finite()) {
+        Some(index) => {
+            Err(PyValueError::new_err(format!("{name}[{index}] is not finite; all coordinates must be finite numbers")))
+        }
+        None => Ok(places),
+    }
+}
+
 /// Checks that `value` is a float32 array of shape (n, 3) that can be written.
 pub fn writable<'py>(name: &str, value: &Bound<'py, PyAny>, n: usize) -> PyResult<PyReadwriteArray2<'py, f32>> {
     readonly(name, value, Some(n))?;
@@ -82,11 +99,12 @@ fn mesh(name: &str, (vertices, corners, counts): &MeshArrays<'_>) -> PyResult<Me
 }
 
 #[pyfunction]
-#[pyo3(signature = (positions, velocities, past=None))]
+#[pyo3(signature = (positions, velocities, past=None, origins=None))]
 pub fn state_hash(
     positions: &Bound<'_, PyAny>,
     velocities: &Bound<'_, PyAny>,
     past: Option<&Bound<'_, PyAny>>,
+    origins: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
     let positions = readonly("positions", positions, None)?;
     let count = positions.shape()[0];
@@ -95,5 +113,6 @@ pub fn state_hash(
     let (x, v) = (positions.as_array(), velocities.as_array());
     let past = past.as_ref().map(|past| past.as_array());
     let rows = x.rows().into_iter().chain(v.rows()).chain(past.iter().flat_map(|past| past.rows()));
-    Ok(format!("{:016x}", hash_vectors(rows.map(|row| [row[0], row[1], row[2]].into()))))
+    let origins = origins.map(|origins| places("origins", origins, None)).transpose()?.unwrap_or_default();
+    Ok(format!("{:016x}", hash_of(rows.map(|row| [row[0], row[1], row[2]].into()), &origins)))
 }

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread::{self, ThreadId};
 
 use numpy::{PyArray1, PyArray2};
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use taut::advance::{Failure, advance_in_turns};
@@ -19,6 +19,7 @@ use taut::schedule::Schedule;
 use taut::state::{Clock, Past, State};
 use taut::step::{Work, admit, external};
 
+use crate::checks::{below, duration, movable, scene_with};
 use crate::report::report;
 use crate::turns::Turns;
 use crate::{SimulationError, arrays, pools, scene_error, yardstick};
@@ -104,11 +105,6 @@ impl Engine {
         let place = self.model.cloths.iter().find(|cloth| cloth.particles().contains(&vertex));
         let place = place.map_or_else(String::new, |cloth| format!("cloth {:?}, vertex {}: ", cloth.name, vertex - cloth.first));
         SimulationError::new_err(format!("{place}{failure}"))
-    }
-
-    /// A scene with nothing in it but these fields, checked as any scene.
-    fn check(fields: &str) -> PyResult<Scene> {
-        Scene::from_json(&format!(r#"{{ {fields}, "cloth": [{{ "grid": {{}} }}] }}"#)).map_err(scene_error)
     }
 }
 
@@ -226,8 +222,24 @@ impl Engine {
     }
 
     fn positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        let rows = self.with(py, |Running { state, work, .. }| {
+            let (mut rows, pool) = (vec![[0.0; 3]; self.model.particle_count()], work.pool());
+            pool.install(|| state.write_places(&self.model, &mut rows, &pool));
+            rows
+        });
+        arrays::rows_of(PyArray1::from_vec(py, rows.into_flattened()), 3)
+    }
+
+    #[getter]
+    fn local_positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         let positions = self.with(py, |running| self.model.numbering.to_vertices(&running.state.positions));
         arrays::to_numpy(py, &positions)
+    }
+
+    #[getter]
+    fn origins<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let origins = self.with(py, |running| running.state.origins.clone());
+        arrays::rows_of(PyArray1::from_iter(py, origins.iter().flat_map(|origin| origin.to_array())), 3)
     }
 
     fn velocities<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
@@ -245,8 +257,8 @@ impl Engine {
                 let (x, v) = (arrays::rows_mut("positions", &mut positions)?, arrays::rows_mut("velocities", &mut velocities)?);
                 let pool = work.pool();
                 pool.install(|| {
-                    numbering.write_rows(&state.positions, x, &pool);
-                    numbering.write_rows(&state.velocities, v, &pool);
+                    state.write_places(&self.model, x, &pool);
+                    numbering.write_rows(&state.velocities, 0, v, &pool, |velocity| velocity.to_array());
                 });
                 Ok(())
             })
@@ -259,27 +271,21 @@ impl Engine {
         self.model.pins.iter().map(|pins| group(&pins.particles)).collect()
     }
 
-    fn lead(&self, py: Python<'_>, vertex: usize, target: [f32; 3], speed: f32) -> PyResult<()> {
+    fn lead(&self, py: Python<'_>, vertex: usize, target: [f64; 3], speed: f32) -> PyResult<()> {
         let particle = self.particle(vertex)?;
-        if !(target.iter().all(|part| part.is_finite()) && speed > 0.0) {
-            return Err(PyValueError::new_err(format!(
-                "target = {target:?}, speed = {speed}: must be finite numbers and a speed above 0"
-            )));
-        }
-        self.with(py, |running| running.inputs.grips.lead(particle, target.into(), speed));
+        movable("target", target, f64::from(speed))?;
+        self.with(py, |running| running.inputs.grips.lead(particle, target, speed));
         Ok(())
     }
 
     #[pyo3(signature = (vertices, targets, over=0.0))]
     fn hold(&self, py: Python<'_>, vertices: Vec<usize>, targets: &Bound<'_, PyAny>, over: f64) -> PyResult<()> {
-        let targets = arrays::from_numpy("targets", targets, vertices.len())?;
+        let targets = arrays::places("targets", targets, Some(vertices.len()))?;
         let particles = self.particles(&vertices)?;
-        if !(over.is_finite() && over >= 0.0) {
-            return Err(PyValueError::new_err(format!("over = {over} s: must be a finite time, 0 or longer")));
-        }
+        duration("over", over)?;
         self.with(py, |Running { state, inputs, .. }| {
             let arrival = state.time() + over;
-            for (particle, place) in particles.into_iter().zip(targets.iter()) {
+            for (particle, place) in particles.into_iter().zip(targets) {
                 inputs.grips.hold(particle, Target { place, arrival });
             }
         });
@@ -311,7 +317,7 @@ impl Engine {
         if !gravity.iter().all(|part| part.is_finite()) {
             return Err(PyValueError::new_err(format!("gravity = {gravity:?}: must be three finite numbers [m/s^2]")));
         }
-        let checked = Self::check(&format!(r#""gravity": {gravity:?}"#))?.gravity();
+        let checked = scene_with(&format!(r#""gravity": {gravity:?}"#))?.gravity();
         self.with(py, |running| running.inputs.gravity = Track::constant(checked.into()));
         Ok(())
     }
@@ -324,7 +330,7 @@ impl Engine {
 
     #[setter]
     fn set_wind(&self, py: Python<'_>, wind: Option<&str>) -> PyResult<()> {
-        let wind = Self::check(&format!(r#""wind": {}"#, wind.unwrap_or("null")))?.wind;
+        let wind = scene_with(&format!(r#""wind": {}"#, wind.unwrap_or("null")))?.wind;
         self.with(py, |running| {
             running.inputs.air = wind.as_ref().map(Air::new);
             running.wind = wind;
@@ -334,11 +340,7 @@ impl Engine {
 
     fn shift_pins(&self, py: Python<'_>, group: usize, offset: [f64; 3], speed: f64) -> PyResult<()> {
         self.check_group(group)?;
-        if !(offset.iter().all(|part| part.is_finite()) && speed > 0.0) {
-            return Err(PyValueError::new_err(format!(
-                "offset = {offset:?}, speed = {speed}: must be finite numbers and a speed above 0"
-            )));
-        }
+        movable("offset", offset, speed)?;
         self.with(py, |Running { state, inputs, .. }| {
             inputs.grips.shift(group, offset.into(), speed);
             if speed.is_infinite() {
@@ -366,7 +368,7 @@ impl Engine {
         (!vectors.is_empty()).then(|| arrays::to_numpy(py, &vectors))
     }
 
-    #[pyo3(signature = (positions, velocities, steps, past=None))]
+    #[pyo3(signature = (positions, velocities, steps, past=None, origins=None))]
     fn set_state(
         &self,
         py: Python<'_>,
@@ -374,11 +376,22 @@ impl Engine {
         velocities: &Bound<'_, PyAny>,
         steps: u64,
         past: Option<&Bound<'_, PyAny>>,
+        origins: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        let count = self.model.particle_count();
-        let positions = arrays::from_numpy("positions", positions, count)?;
+        let (count, numbering) = (self.model.particle_count(), &self.model.numbering);
         let velocities = arrays::from_numpy("velocities", velocities, count)?;
-        let mut state = State::at(&self.model, positions, velocities, Clock::after(steps, self.schedule.step_length));
+        let clock = Clock::after(steps, self.schedule.step_length);
+        let mut state = if let Some(origins) = origins {
+            let positions = arrays::from_numpy("positions", positions, count)?;
+            let origins = arrays::places("origins", origins, Some(self.model.cloths.len()))?;
+            State { origins, ..State::at(&self.model, positions, velocities, clock) }
+        } else {
+            let places = arrays::places("positions", positions, Some(count))?;
+            let place = |particle: usize| places[numbering.vertex(particle as u32) as usize];
+            // In the order of the vertices, like all else here.
+            let state = State::in_world(&self.model, place, Vectors::default(), clock).to_vertices(numbering);
+            State { velocities, ..state }
+        };
         if let Some(past) = past {
             let remembered = state.past.displacements.len();
             let past: Vec<_> = arrays::from_numpy("past", past, 2 * remembered)?.iter().collect();
@@ -431,12 +444,4 @@ impl Engine {
     fn state_hash(&self, py: Python<'_>) -> String {
         format!("{:016x}", self.state(py).hash())
     }
-}
-
-/// Refuses an index beyond the end.
-fn below(name: &str, index: usize, count: usize) -> PyResult<()> {
-    if index < count {
-        return Ok(());
-    }
-    Err(PyIndexError::new_err(format!("{name} = {index}: there are {count}, counted from 0")))
 }

@@ -32,6 +32,10 @@ pub struct Summary {
     pub cuts: u64,
     /// Those of them in which it had to hold pins back as well.
     pub held_back_pins: u64,
+    /// The largest part of its motion that the certificate took from a cloth in a step [1].
+    pub lost_motion: f64,
+    /// The same, mean of the steps [1].
+    pub mean_lost_motion: f64,
 }
 
 /// Why several steps were not taken. The state, and all that the workspace might remember, are as they were before.
@@ -149,6 +153,8 @@ impl Summary {
         self.sweeps += u64::from(report.limited.sweeps);
         self.cuts += u64::from(report.limited.cuts);
         self.held_back_pins += u64::from(report.limited.held_back_pins);
+        self.lost_motion = self.lost_motion.max(report.limited.lost_motion);
+        self.mean_lost_motion += (report.limited.lost_motion - self.mean_lost_motion) / self.steps as f64;
     }
 
     /// Keeps the stretch after a step and the spring that has it, if none was larger before.

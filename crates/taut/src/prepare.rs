@@ -26,6 +26,6 @@ pub fn prepare(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Pre
     let mut model = Model::build(scene, meshes)?;
     let inputs = Inputs::new(scene, &model)?;
     let schedule = Schedule::new(scene, &model, &inputs)?;
-    model.warnings.extend(schedule.caution(&model));
+    model.warnings.extend(schedule.cautions(&model).collect::<Vec<_>>());
     Ok(Prepared { model, inputs, schedule })
 }

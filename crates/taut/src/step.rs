@@ -51,7 +51,7 @@ impl Work {
             health: Health::new(model),
             ends: Vectors::zeros(model.particle_count()),
             before: State::new(model),
-            schedule: *schedule,
+            schedule: schedule.clone(),
             plan,
             pool,
         }
@@ -104,6 +104,7 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
     let Work { as_held, forces, integrator, filter, pool, plan, ends, .. } = work;
     let stride = Stride { model: as_held.as_ref().unwrap_or(model), inputs, plan };
     pool.install(|| {
+        state.follow(stride.model, pool); // origins stay near cloths that travel
         filter::hold(stride, state); // paths, targets, hands -> v of what is held
         let evaluations = integrate::propose(stride, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
         let limited = filter::apply(stride, state, ends, filter, pool); // x*, v* -> admissible ones

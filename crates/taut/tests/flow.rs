@@ -29,9 +29,9 @@ fn flows(elements: &[Value]) -> Flows {
 }
 
 fn velocity(flows: &Flows, place: DVec3) -> DVec3 {
-    let place = place.as_vec3().to_array();
-    let turning = flows.vortices.iter().map(|vortex| vortex.velocity(place));
-    let spreading = flows.outflows.iter().map(|outflow| outflow.velocity(place));
+    let from = |centre: DVec3| (place - centre).as_vec3().to_array();
+    let turning = flows.vortices.iter().map(|vortex| vortex.velocity(from(vortex.centre)));
+    let spreading = flows.outflows.iter().map(|outflow| outflow.velocity(from(outflow.centre)));
     turning.chain(spreading).map(|velocity| Vec3::from_array(velocity).as_dvec3()).sum()
 }
 

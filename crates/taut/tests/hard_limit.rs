@@ -136,7 +136,7 @@ fn pins_that_ask_for_the_impossible_are_held_back_and_counted_and_arrive_once_th
             let one = run.steps(1);
             (cuts, held_back) = (cuts + one.cuts, held_back + one.held_back_pins);
             assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING);
-            let place = run.model.inputs.pins.position(&run.model, 0, 0, run.state.time());
+            let place = run.model.inputs.pins.position(&run.model, 0, 0, run.state.time()).as_vec3();
             late = late.max(place.distance(run.state.positions.get(1)));
         }
         (cuts, held_back, late, run.state.positions.get(1).distance(Vec3::X))

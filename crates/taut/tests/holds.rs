@@ -33,7 +33,7 @@ fn hung(source: &str, filter: &str, integrator: &str, pins: Value) -> Simulation
 
 /// Holds a particle where it is at rest.
 fn hold_at_rest(run: &mut Simulation, particle: u32) {
-    let place = run.model.particles.rest.get(particle as usize);
+    let place = run.model.particles.rest.get(particle as usize).as_dvec3();
     run.inputs.grips.hold(particle, Target { place, arrival: 0.0 });
 }
 
@@ -67,11 +67,11 @@ fn held_vertices_are_where_they_shall_be_and_fall_when_let_go() {
             for &particle in &all {
                 let way = Vec3::new(0.1, 0.0, 0.3) * (f32::from(step + 1) / 60.0);
                 let place = run.model.particles.rest.get(particle as usize) + way;
-                run.inputs.grips.hold(particle, Target { place, arrival: 0.0 });
+                run.inputs.grips.hold(particle, Target { place: place.as_dvec3(), arrival: 0.0 });
             }
             run.steps(1);
             for (particle, target) in run.inputs.grips.held() {
-                assert_eq!(run.state.positions.get(particle as usize), target.place);
+                assert_eq!(run.state.positions.get(particle as usize), target.place.as_vec3());
             }
             assert!(worst(&run.model, &run.state) <= 1.0 + 1e-5);
         }
@@ -90,7 +90,7 @@ fn a_target_in_the_future_is_reached_in_time() {
     let mut run = hung("grid", "coarse_to_fine", "euler", json!([{ "edge": "left" }]));
     let start = run.state.positions.get(CORNER as usize);
     let place = start + Vec3::new(-0.2, 0.0, 0.1);
-    run.inputs.grips.hold(CORNER, Target { place, arrival: 0.5 });
+    run.inputs.grips.hold(CORNER, Target { place: place.as_dvec3(), arrival: 0.5 });
     run.steps(45);
     assert!(run.state.positions.get(CORNER as usize).distance(start.midpoint(place)) < 1e-5);
     run.steps(45);
@@ -104,7 +104,7 @@ fn what_is_resumed_goes_on_with_the_same_bits() {
         run.steps(10);
         let middle = (CORNER / 2) as usize;
         let place = run.state.positions.get(middle) + Vec3::Z * 0.1;
-        run.inputs.grips.hold(middle as u32, Target { place, arrival: run.state.time() + 0.3 });
+        run.inputs.grips.hold(middle as u32, Target { place: place.as_dvec3(), arrival: run.state.time() + 0.3 });
         run.inputs.grips.lead(40, Vec3::new(0.5, 0.5, 0.5), 1.0);
         run.inputs.grips.shift(1, glam::DVec3::new(-0.4, 0.0, 3.0), 20.0);
         run.steps(13);

@@ -147,7 +147,7 @@ fn pins_follow_their_path_to_the_bit() {
         let mut run = Simulation::of(model);
         for _ in 0..40 {
             run.steps(1);
-            let place = run.model.inputs.pins.position(&run.model, 0, 0, run.state.time());
+            let place = run.model.inputs.pins.position(&run.model, 0, 0, run.state.time()).as_vec3();
             assert_eq!(run.state.positions.get(run.model.pins[0].particles[0] as usize), place, "{integrator}");
         }
     }

@@ -2,12 +2,12 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from taut.bench.scenes import Case
 from taut.simulation import Simulation
 
 YARDSTICK_SECONDS = 0.05
@@ -16,6 +16,25 @@ YARDSTICK_EVERY = 30
 """Frames of a scene between other passes of it [1] .."""
 YARDSTICK_PASSES = 10
 """.. and how many those are."""
+
+
+class Timeable(Protocol):
+    """What can be timed: a `Case` or a `Trial`."""
+
+    @property
+    def scene(self) -> str:
+        """Which scene."""
+
+    @property
+    def cells(self) -> int:
+        """Cells along the shorter side [1]."""
+
+    @property
+    def strain_limit(self) -> float:
+        """Lambda [1]."""
+
+    def simulation(self) -> Simulation:
+        """Return the scene at its start."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,11 +100,23 @@ class Row:
         return self.threads == 1 and self.ms_per_frame > 1.1 * self.cpu_ms_per_frame + 0.05
 
 
-COLUMNS = tuple(field.name for field in fields(Row))
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """A case that was timed several times."""
+
+    row: Row
+    """All of them summed up."""
+    ms: NDArray[np.float64]
+    """Mean of the frames of each run [ms], shape (runs,)."""
+    cycles: NDArray[np.float64]
+    """Cycles or sweeps of the filter for a step, in each frame; the same in all runs. Shape (frames,)."""
+
+
+COLUMNS = tuple(column.name for column in fields(Row))
 """Names of the columns, in their order."""
 
 
-def measure(case: Case, window: Window) -> Row:
+def measure(case: Timeable, window: Window) -> Row:
     """Simulate the first frames of a case and time them.
 
     Args:
@@ -100,7 +131,7 @@ def measure(case: Case, window: Window) -> Row:
     return measure_in_turn([case], window)[0]
 
 
-def measure_in_turn(cases: Sequence[Case], window: Window) -> list[Row]:
+def measure_in_turn(cases: Sequence[Timeable], window: Window) -> list[Row]:
     """As `measure`, for cases that are compared: one after the other, and all of them again.
 
     A machine that changes its speed meanwhile changes it for all of them.
@@ -108,6 +139,21 @@ def measure_in_turn(cases: Sequence[Case], window: Window) -> list[Row]:
     Args:
         cases: what. All simulate the frames for which the first one has time.
         window: how much of it; its time is that of all cases together.
+
+    Raises:
+        SceneError: a case cannot be simulated.
+        SimulationError: a vertex became non-finite.
+        ValueError: there is no case, or the window has no frames, repeats or time.
+    """
+    return [runs.row for runs in runs_in_turn(cases, window)]
+
+
+def runs_in_turn(cases: Sequence[Timeable], window: Window) -> list[Runs]:
+    """As `measure_in_turn`, and what each run found: the runs with the same number are pairs.
+
+    Args:
+        cases: as there.
+        window: as there.
 
     Raises:
         SceneError: a case cannot be simulated.
@@ -129,13 +175,13 @@ def measure_in_turn(cases: Sequence[Case], window: Window) -> list[Row]:
             break
         for run in runs:
             run.simulate(frames)
-    return [run.row() for run in runs]
+    return [run.summed_up() for run in runs]
 
 
 class _Run:
     """What was measured of a case so far."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: Timeable) -> None:
         self.case = case
         self.simulation = case.simulation()
         self.start = self.simulation.snapshot()
@@ -148,8 +194,13 @@ class _Run:
         self.passes.append(_yardstick(self.simulation))
         self.timings.append(_Timing.of(self.simulation, self.passes, frames, seconds))
 
-    def row(self) -> Row:
+    def summed_up(self) -> Runs:
         """All of it."""
+        means = np.array([np.mean(timing.ms) for timing in self.timings])
+        cycles = np.array(self.timings[0].cycles) / self.simulation.substeps
+        return Runs(self._row(), means, cycles)
+
+    def _row(self) -> Row:
         self.passes.append(_yardstick(self.simulation))
         yardstick = 1e3 * float(np.median(np.concatenate(self.passes)))
         ms = np.median([timing.ms for timing in self.timings], axis=0)
@@ -164,7 +215,7 @@ class _Run:
             window=frames / self.simulation.scene.fps,
             repeats=len(self.timings),
             steps_per_frame=self.simulation.substeps,
-            cycles_per_frame=self.timings[0].cycles / frames,
+            cycles_per_frame=sum(self.timings[0].cycles) / frames,
             ms_per_frame=mean,
             ms_median=float(np.median(ms)),
             ms_worst=float(ms.max()),
@@ -182,9 +233,9 @@ class _Run:
 class _Timing:
     """One pass over the frames."""
 
-    ms: list[float]
+    ms: list[float] = field(default_factory=list)
+    cycles: list[int] = field(default_factory=list)
     cpu: float = 0.0
-    cycles: int = 0
     cuts: int = 0
     worst_stretch: float = -1.0
 
@@ -192,13 +243,13 @@ class _Timing:
     def of(
         cls, simulation: Simulation, passes: list[NDArray[np.float64]], frames: int, seconds: float
     ) -> "_Timing":
-        timing = cls([])
+        timing = cls()
         while len(timing.ms) < frames and sum(timing.ms) < 1e3 * seconds:
             cpu, start = time.process_time(), time.perf_counter()
             report = simulation.step(simulation.substeps)
             timing.ms.append(1e3 * (time.perf_counter() - start))
             timing.cpu += 1e3 * (time.process_time() - cpu)
-            timing.cycles += report.sweeps
+            timing.cycles.append(report.sweeps)
             timing.cuts += report.cuts
             timing.worst_stretch = max(timing.worst_stretch, report.worst_stretch_in_steps)
             if len(timing.ms) % YARDSTICK_EVERY == 0:

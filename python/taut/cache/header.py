@@ -25,6 +25,11 @@ class Header:
     has_past: bool = False
     """Whether the state needs the array `past` to be whole."""
 
+    @property
+    def cloths(self) -> int:
+        """Cloths [1]."""
+        return len(self.attributes["cloths"])
+
 
 @dataclass(frozen=True)
 class Frame:
@@ -39,9 +44,13 @@ class Frame:
     ms: float
     """Wall-clock time of the simulation of this frame alone [ms]; 0 for frame 0."""
     state_hash: str
-    """XXH3 hash of positions, velocities and past, 16 hexadecimal digits."""
+    """:attr:`taut.Simulation.state_hash`, 16 hexadecimal digits."""
     past: NDArray[np.float32] | None = None
     """:attr:`taut.Simulation.past`, shape (2 vertices, 3)."""
+    origins: NDArray[np.float64] | None = None
+    """:attr:`taut.Simulation.origins`, shape (cloths, 3); nothing if all are zero."""
+    local_positions: NDArray[np.float32] | None = None
+    """:attr:`taut.Simulation.local_positions`, shape (vertices, 3); nothing if they are the positions."""
 
 
 def mesh_hash(mesh: Mesh) -> str:

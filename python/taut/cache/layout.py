@@ -18,7 +18,7 @@ from zarr.codecs import BloscCodec, Crc32cCodec
 from taut.cache.header import Header
 from taut.cache.store import DurableStore
 
-FORMAT = "taut-cache/2"
+FORMAT = "taut-cache/3"
 
 ATTRIBUTES: dict[str, type] = {
     "version": str,
@@ -57,6 +57,8 @@ DIAGNOSTICS: dict[str, str] = {
     "sweeps": "int64",
     "cuts": "int32",
     "held_back_pins": "int32",
+    "lost_motion": "float64",
+    "mean_lost_motion": "float64",
     "kinetic_energy": "float64",
     "elastic_energy": "float64",
     "potential_energy": "float64",
@@ -76,11 +78,23 @@ PAST = "past"
 """float32, shape (frames, 2 vertices, 3), one chunk a frame; only there if the scene's integrator needs it to
 go on: displacements of the last step before the frame [m], then what forces added to velocities [m/s]."""
 
+ORIGINS = "origins"
+"""float64, shape (frames, cloths, 3): where the coordinates of each cloth begin in a frame [m]. Caches of
+taut 0.1.0 and before have none: all are zero."""
+
+LOCAL = "local_positions"
+"""float32, shape (frames, vertices, 3), one chunk a frame: positions from the origin of each cloth [m], which
+a run needs to go on. Where all origins are zero they are `positions`; the array is zero then and not on disk.
+Caches of taut 0.1.0 and before have none."""
+
+EXACT = (ORIGINS, LOCAL)
+
 GROWING = (*SERIES, "velocities", "positions")
-"""Every array with a frame axis but :data:`PAST`, in the order in which a new frame is made known."""
+"""Every array with a frame axis but :data:`PAST` and :data:`EXACT`, in the order in which a new frame is made
+known."""
 
 NODES = ("diagnostics", *CONSTANT, *GROWING)
-"""Everything in the group but :data:`PAST`."""
+"""Everything in the group but :data:`PAST` and :data:`EXACT`."""
 
 
 def create(store: DurableStore, header: Header) -> None:
@@ -95,6 +109,16 @@ def create(store: DurableStore, header: Header) -> None:
     for name, vertices in rows.items():
         shape = (vertices, 3)
         root.create_array(name, shape=(0, *shape), dtype="float32", chunks=(1, *shape), **_coding("float32"))
+    root.create_array(
+        ORIGINS,
+        shape=(0, header.cloths, 3),
+        dtype="float64",
+        chunks=(SERIES_CHUNK, max(1, header.cloths), 3),
+        **_coding("float64"),
+    )
+    coding = _coding("float32") | {"fill_value": 0.0}  # a chunk that is missed changes the hash of its frame
+    shape = (header.vertices, 3)
+    root.create_array(LOCAL, shape=(0, *shape), dtype="float32", chunks=(1, *shape), **coding)
     for name, kind in SERIES.items():
         root.create_array(name, shape=(0,), dtype=kind, chunks=(SERIES_CHUNK,), **_coding(kind))
 

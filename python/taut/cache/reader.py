@@ -36,7 +36,7 @@ class Cache:
         shapes = {self._arrays[name].shape[1:] for name in layout.STATE}
         if len(shapes) != 1 or shapes.pop()[1:] != (3,):
             raise CacheError(f"{path}: positions and velocities have unlike shapes; run it again")
-        past = (layout.PAST,) if layout.PAST in self._arrays else ()
+        past = [name for name in (layout.PAST, *layout.EXACT) if name in self._arrays]
         self._frames = min(self._arrays[name].shape[0] for name in (*past, *layout.GROWING))
         if self._frames < 1:
             raise CacheError(f"{path}: there is no frame in it; run it again")
@@ -150,9 +150,26 @@ class Cache:
         """What the integrator needs of the step before a frame, :attr:`taut.Simulation.past`."""
         return self._state(layout.PAST, frame) if layout.PAST in self._arrays else None
 
+    def origins(self, frame: int) -> NDArray[np.float64]:
+        """Where the coordinates of each cloth begin in a frame [m], shape (cloths, 3)."""
+        if layout.ORIGINS not in self._arrays:
+            return np.zeros((len(self._attributes["cloths"]), 3))
+        return self._state(layout.ORIGINS, frame)
+
+    def local_positions(self, frame: int) -> NDArray[np.float32]:
+        """Positions from the origin of each cloth [m], shape (vertices, 3), float32."""
+        return self._state(layout.LOCAL if self.origins(frame).any() else "positions", frame)
+
+    def exact_positions(self, frame: int) -> NDArray[np.float64]:
+        """Positions in the world [m], shape (vertices, 3), float64, with all their digits."""
+        counts = [int(cloth["vertices"]) for cloth in self._attributes["cloths"]]
+        local = self.local_positions(frame).astype(np.float64)
+        exact: NDArray[np.float64] = local + np.repeat(self.origins(frame), counts, axis=0)
+        return exact
+
     def stretch(self, frame: int) -> NDArray[np.float32]:
         """``|X_uv| / L - 1`` of each spring [1], shape (springs,); otherwise like :meth:`positions`."""
-        ends = self.positions(frame).astype(np.float64)[self.springs]
+        ends = self.exact_positions(frame)[self.springs]
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         stretch: NDArray[np.float32] = (length / self.rest_length - 1.0).astype(np.float32)
         return stretch
@@ -160,12 +177,13 @@ class Cache:
     def is_whole(self, frame: int) -> bool:
         """Whether a frame reads back as it was written: its state has the hash that was stored with it."""
         try:
-            found = _taut.state_hash(self.positions(frame), self.velocities(frame), self.past(frame))
+            state = self.local_positions(frame), self.velocities(frame)
+            found = _taut.state_hash(*state, self.past(frame), self.origins(frame))
             return int(found, 16) == int(self.diagnostics["state_hash"][frame])
         except CacheError:
             return False
 
-    def _state(self, name: str, frame: int) -> NDArray[np.float32]:
+    def _state(self, name: str, frame: int) -> NDArray[Any]:
         index = frame + self._frames if frame < 0 else frame
         if not 0 <= index < self._frames:
             raise IndexError(
@@ -212,8 +230,8 @@ def _arrays(path: Path, root: zarr.Group) -> dict[str, zarr.Array[Any]]:
     kinds = {name: (kind, 1 + len(shape)) for name, (kind, shape) in layout.CONSTANT.items()}
     kinds |= {name: (kind, 1) for name, kind in layout.SERIES.items()}
     kinds |= {name: ("float32", 3) for name in layout.STATE}
-    if layout.PAST in root:
-        kinds[layout.PAST] = ("float32", 3)
+    further = {layout.PAST: "float32", layout.LOCAL: "float32", layout.ORIGINS: "float64"}
+    kinds |= {name: (kind, 3) for name, kind in further.items() if name in root}
     arrays: dict[str, zarr.Array[Any]] = {}
     for name, (kind, dimensions) in kinds.items():
         try:

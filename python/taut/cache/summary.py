@@ -51,6 +51,10 @@ class Summary:
     """Times that the certificate had to shorten the step of a cloth to keep its limit [1]."""
     held_back_pins: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow [1]."""
+    lost_motion: float
+    """Largest part of its motion that the certificate took from a cloth in a step [1]."""
+    mean_lost_motion: float
+    """The same, mean of the steps [1]."""
     kinetic_energy: float
     """In the last frame [J]."""
     elastic_energy: float
@@ -96,6 +100,9 @@ def summarize(cache: Cache) -> Summary:
         limited_steps=int(numbers["limited_steps"].sum()),
         cuts=int(numbers["cuts"].sum()),
         held_back_pins=int(numbers["held_back_pins"].sum()),
+        lost_motion=float(np.max(numbers["lost_motion"])),
+        # Every frame but the first, the initial state, has as many steps.
+        mean_lost_motion=float(np.mean(numbers["mean_lost_motion"][1:])) if ms.size else 0.0,
         kinetic_energy=float(numbers["kinetic_energy"][-1]),
         elastic_energy=float(numbers["elastic_energy"][-1]),
         potential_energy=float(numbers["potential_energy"][-1]),

@@ -55,11 +55,12 @@ class CacheWriter:
         self._lock = lock
         self._store = DurableStore(path)
         self._root = json.loads((path / "zarr.json").read_bytes())
-        past = (layout.PAST,) if (path / layout.PAST).exists() else ()
+        past = [name for name in (layout.PAST, *layout.EXACT) if (path / name).exists()]
         nodes = (*past, *layout.NODES)
         self._nodes = {name: json.loads((path / name / "zarr.json").read_bytes()) for name in nodes}
         self._arrays = {name: self._longer(name) for name in (*past, *layout.GROWING)}
         self._vertices: int = self._nodes["positions"]["shape"][1]
+        self._cloths = len(self._root["attributes"]["cloths"])
         self._committed = frames
         self._pending: list[dict[str, Any]] = []
         self._interval = FIRST_INTERVAL
@@ -159,7 +160,7 @@ class CacheWriter:
                 raise ValueError(
                     f"{name}: must be finite and of shape {(self._vertices, 3)}, not {values.shape}"
                 )
-        self._pending.append(_numbers(frame))
+        self._pending.append(_numbers(frame, self._cloths))
         full = sum(row["positions"].nbytes for row in self._pending) >= MOST_BYTES
         if full or time.monotonic() - self._last_commit >= self._interval:
             self.commit()
@@ -241,7 +242,7 @@ class CacheWriter:
             raise
 
 
-def _numbers(frame: Frame) -> dict[str, Any]:
+def _numbers(frame: Frame, cloths: int) -> dict[str, Any]:
     """What a frame adds to each of :data:`taut.cache.layout.GROWING`; copied, for the arrays may be views."""
     own = {"ms": frame.ms, "state_hash": int(frame.state_hash, 16)}
     numbers: dict[str, Any] = {"time": np.float64(frame.report.time)}
@@ -249,7 +250,10 @@ def _numbers(frame: Frame) -> dict[str, Any]:
         number = own[name] if name in own else getattr(frame.report, name)
         numbers[f"diagnostics/{name}"] = np.dtype(kind).type(number)
     names = layout.STATE if frame.past is None else (*layout.STATE, layout.PAST)
-    return numbers | {name: np.array(getattr(frame, name), np.float32) for name in names}
+    numbers |= {name: np.array(getattr(frame, name), np.float32) for name in names}
+    local = np.zeros_like(frame.positions) if frame.local_positions is None else frame.local_positions
+    origins = np.zeros((cloths, 3)) if frame.origins is None else frame.origins
+    return numbers | {layout.LOCAL: np.array(local), layout.ORIGINS: np.array(origins)}
 
 
 def _encoded(document: Any) -> bytes:

@@ -30,3 +30,7 @@ SceneArgument = Annotated[
         autocompletion=complete_scene,
     ),
 ]
+
+Sandbox = Annotated[
+    bool, typer.Option("--sandbox", help="For a scene from elsewhere: read no mesh outside its folder.")
+]

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taut.cli.arguments import SceneArgument
+from taut.cli.arguments import Sandbox, SceneArgument
 from taut.cli.console import STOPPED, Bars, asked_to_stop, expected_errors, fail
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ def command(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an earlier comparison that is there.")
     ] = False,
+    sandbox: Sandbox = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run a scene with several methods: tables, plots, stills and a film side by side."""
@@ -44,7 +45,7 @@ def command(
         from taut.compare import Conditions, Options, choose, compare
         from taut.scene import Scene
 
-        changed = Scene.load(scene).with_settings(settings or [])
+        changed = Scene.load(scene, sandbox).with_settings(settings or [])
         schemes = [changed.document["solver"]["integrator"]] if integrators is None else _list(integrators)
         methods = choose(_list(filters), schemes)
         told: list[bool] = []

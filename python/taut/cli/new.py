@@ -31,7 +31,7 @@ def command(
         typer.Option(help="A flag in the wind (the default), or a sheet let go that hangs by two corners."),
     ] = None,
     mesh: Annotated[
-        Path | None, typer.Option(help="A mesh of yours instead, in the folder of the scene or below it.")
+        Path | None, typer.Option(help="A mesh of yours instead; the scene names it from its own folder.")
     ] = None,
     up: Annotated[
         Up | None, typer.Option(help="Which axis points up in the mesh; Blender has z, glTF y. Default: z.")
@@ -82,5 +82,6 @@ def _document(path: Path, kind: Kind | None, mesh: Path | None, up: Up | None) -
     title = title[:1].upper() + title[1:]
     if mesh is None:
         return KINDS[kind or Kind.FLAG](title)
-    inside = os.path.relpath(mesh, path.parent)
-    return around_mesh(title, Path(inside).as_posix(), path.parent, up or Up.Z)
+    inside = mesh.resolve().is_relative_to(path.parent.resolve())
+    given = mesh if mesh.is_absolute() and not inside else Path(os.path.relpath(mesh, path.parent))
+    return around_mesh(title, given.as_posix(), path.parent, up or Up.Z)

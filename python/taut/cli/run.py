@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taut.cli.arguments import SceneArgument
+from taut.cli.arguments import Sandbox, SceneArgument
 from taut.cli.console import BAD_INPUT, STOPPED, Bar, asked_to_stop, expected_errors, fail, warn
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def command(
         bool, typer.Option("--resume", help="Go on with the cache after its last frame.")
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a cache that is there.")] = False,
+    sandbox: Sandbox = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Simulate a scene and write its frames to a cache."""
@@ -47,7 +48,7 @@ def command(
 
         if not resume:
             check_free(out, overwrite)
-        simulation = Simulation(Scene.load(scene).with_settings(settings or []), threads)
+        simulation = Simulation(Scene.load(scene, sandbox).with_settings(settings or []), threads)
         if not quiet:
             warn(simulation.warnings)
         done = _record_with_bar(simulation, out, frames, existing, quiet)

@@ -96,7 +96,10 @@ def _limited(summary: Summary) -> str:
     if summary.cuts == 0:
         return steps
     pins = f" ({summary.held_back_pins} times with pins held back)" if summary.held_back_pins else ""
-    return f"{steps}, {summary.cuts} shortened by the certificate{pins}"
+    lost = (
+        f"{_per_cent(summary.mean_lost_motion)} of the motion lost ({_per_cent(summary.lost_motion)} at most)"
+    )
+    return f"{steps}, {summary.cuts} shortened by the certificate{pins}: {lost}"
 
 
 def _speed(summary: Summary) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taut.cli.arguments import complete_scene
+from taut.cli.arguments import Sandbox, complete_scene
 from taut.cli.console import BAD_INPUT, expected_errors, fail, warn
 
 if TYPE_CHECKING:
@@ -36,10 +36,11 @@ def command(
         typer.Option("--set", help="Change a field of the scene: solver.filter=none.", metavar="PATH=VALUE"),
     ] = None,
     threads: Annotated[int | None, typer.Option(min=1, max=1024, help="Default: all cores.")] = None,
+    sandbox: Sandbox = False,
 ) -> None:
     """See and touch a running scene, or play what was recorded, in a page of the browser."""
     with expected_errors():
-        show = _show(what, settings or [], threads)
+        show = _show(what, settings or [], threads, sandbox)
     from taut.view import Server, listen
 
     try:
@@ -69,7 +70,7 @@ def command(
         asyncio.run(serve())
 
 
-def _show(what: list[Path], settings: list[str], threads: int | None) -> "Show":
+def _show(what: list[Path], settings: list[str], threads: int | None, sandbox: bool) -> "Show":
     recorded = [path.is_dir() for path in what]
     if all(recorded):
         if settings:
@@ -85,6 +86,6 @@ def _show(what: list[Path], settings: list[str], threads: int | None) -> "Show":
     from taut.scene import Scene
     from taut.view.live import LiveShow
 
-    show = LiveShow(Scene.load(what[0]).with_settings(settings), threads)
+    show = LiveShow(Scene.load(what[0], sandbox).with_settings(settings), threads)
     warn(show.simulations[0].warnings)
     return show

@@ -65,7 +65,7 @@ def frame_motion(panels: Sequence[Frames], aspect: float) -> Framing:
     up = np.eye(3)[axis]
     right, away = _ground_directions(panels[0], axis)
     heights = points @ up
-    size = max(float(np.linalg.norm(np.ptp(points, axis=0))), 1e-3)
+    size = float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
     lowest, tallness = float(heights.min()), max(float(np.ptp(heights)), 0.25 * size)
     # The world's own ground, if it is near.
     ground = 0.0 if 0 <= lowest <= 0.4 * tallness else lowest - 0.08 * tallness
@@ -124,7 +124,8 @@ def _fit(points: Points, view: Points, up: Points, aspect: float) -> tuple[Point
     wide, top, bottom = _SIDE * slope * aspect, _TOP * slope, _BOTTOM * slope
     right, left = (x - wide * depth).max(), (-x - wide * depth).max()
     above, below = (y - top * depth).max(), (-y - bottom * depth).max()
-    back = max((right + left) / (2 * wide), (above + below) / (top + bottom), 1e-3 - float(depth.min()))
+    nearest = 1e-3 * float(np.ptp(points, axis=0).max()) - float(depth.min())
+    back = max((right + left) / (2 * wide), (above + below) / (top + bottom), nearest)
     # Whatever room is left over is shared between opposite borders.
     eye_x, eye_y = (right - left) / 2, ((above - top * back) + (bottom * back - below)) / 2
     eye = eye_x * side + eye_y * np.cross(side, view) - back * view

@@ -16,31 +16,37 @@ Mesh = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]
 _REFERENCE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 
 
-def resolve_path(name: str, folder: Path, field: str) -> Path:
-    """Find a mesh file below the scene's folder.
+def resolve_path(name: str, folder: Path, field: str, sandbox: bool = False) -> Path:
+    """Find a mesh file.
 
     Args:
         name: the path as written in the scene.
-        folder: the scene's folder.
+        folder: the scene's folder, from which paths start.
         field: where the path stands, for errors.
+        sandbox: for scenes from elsewhere: only files in that folder or below it are read.
 
     Raises:
-        SceneError: the path is absolute, a URL, leaves the folder (also by a link), or names no file.
+        SceneError: the path is a URL or names no file; in a sandbox it is absolute, or leaves the folder, by
+            a link for example.
     """
     where = f"{field} = {name!r}"
     if _REFERENCE.match(name):
         raise SceneError(
             f"{where}: is a reference, not a path; put the file beside the scene and give its name"
         )
-    if Path(name).is_absolute() or PureWindowsPath(name).anchor:
+    if sandbox and (Path(name).is_absolute() or PureWindowsPath(name).anchor):
         raise SceneError(
-            f"{where}: is absolute; put the file beside the scene and give its path from {folder}"
+            f"{where}: is absolute, which a sandbox refuses; put the file beside the scene and give its path "
+            f"from {folder}, or trust the scene and leave the sandbox out"
         )
     if "\0" in name or not name.strip():
         raise SceneError(f"{where}: is no file name; give the path of a mesh beside the scene")
     path = (folder / name).resolve()
-    if not path.is_relative_to(folder.resolve()):
-        raise SceneError(f"{where}: leaves the scene's folder {folder}; copy the file into it")
+    if sandbox and (".." in PureWindowsPath(name).parts or not path.is_relative_to(folder.resolve())):
+        raise SceneError(
+            f"{where}: leaves the scene's folder {folder}, which a sandbox refuses; copy the file into it, "
+            "or trust the scene and leave the sandbox out"
+        )
     if not path.is_file():
         raise SceneError(f"{where}: there is no file {path}; a path is taken from the scene's folder")
     return path
@@ -89,12 +95,12 @@ def _kind(array: NDArray[Any]) -> str:
 
 
 def read_meshes(
-    document: Mapping[str, Any], folder: Path, given: Mapping[str, Mesh]
+    document: Mapping[str, Any], folder: Path, given: Mapping[str, Mesh], sandbox: bool = False
 ) -> tuple[dict[str, Mesh], list[str]]:
     """Return the geometry of every mesh that a resolved scene names, and what was repaired in it.
 
     Raises:
-        SceneError: a mesh is missing, lies outside the scene's folder or cannot be read.
+        SceneError: a mesh is missing or cannot be read; in a sandbox it lies outside the scene's folder.
     """
     meshes: dict[str, Mesh] = {}
     repairs: list[str] = []
@@ -107,7 +113,7 @@ def read_meshes(
             continue
         from taut.formats import read_mesh  # here: a scene of grids need not load the mesh readers
 
-        polygons = read_mesh(resolve_path(name, folder, f"scene.cloth[{index}].mesh"))
+        polygons = read_mesh(resolve_path(name, folder, f"scene.cloth[{index}].mesh", sandbox))
         meshes[name] = (polygons.vertices, polygons.corners, polygons.counts)
         repairs += [f"{name}: {repair}" for repair in polygons.repairs]
     return meshes, repairs

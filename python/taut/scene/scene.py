@@ -25,6 +25,7 @@ class Scene:
         document: Mapping[str, Any],
         meshes: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
         folder: str | Path | None = None,
+        sandbox: bool = False,
     ) -> None:
         """Check a scene given as a dict; :meth:`load` reads a file.
 
@@ -33,11 +34,13 @@ class Scene:
             meshes: geometry for the ``mesh`` names of cloths, so that no file is read: for each name a
                 pair of vertices [m], shape (vertices, 3), and faces, shape (faces, 3) or (faces, 4), from 0.
             folder: where mesh paths start; the current folder when left out.
+            sandbox: for documents from elsewhere: no mesh outside that folder is read.
 
         Raises:
             SceneError: a field is unknown, misspelt, of the wrong type or out of range.
         """
         checked = {name: check_arrays(name, mesh) for name, mesh in (meshes or {}).items()}
+        self._sandbox = sandbox
         self._resolve(plain(document), checked, Path.cwd() if folder is None else Path(folder))
 
     def _resolve(self, given: dict[str, Any], meshes: Mapping[str, Mesh], folder: Path) -> None:
@@ -49,11 +52,13 @@ class Scene:
         self._warnings = list(warnings)
 
     @classmethod
-    def load(cls, path: str | Path) -> Self:
-        """Read a TOML file; mesh paths in it start at its folder.
+    def load(cls, path: str | Path, sandbox: bool = False) -> Self:
+        """Read a TOML file; mesh paths in it start at its folder, and may be absolute.
 
         Args:
             path: the file, or the name of a shipped scene, as in ``Scene.load("flag")``.
+            sandbox: for a scene from elsewhere: absolute paths of meshes, ``..`` and links that lead out of
+                the scene's folder are refused.
 
         Raises:
             SceneError: the file cannot be read, is not TOML (line and column are named) or is not a scene.
@@ -70,7 +75,7 @@ class Scene:
             raise SceneError(f"{path}: is not TOML: {error}") from None
         except RecursionError:
             raise SceneError(f"{path}: is nested too deeply; no field of a scene is") from None
-        return cls(document, folder=path.parent)
+        return cls(document, folder=path.parent, sandbox=sandbox)
 
     def with_settings(self, settings: Iterable[str]) -> Self:
         """Return this scene with some values changed.
@@ -130,6 +135,6 @@ class Scene:
         """Geometry of every mesh that the scene names, and what was repaired in it.
 
         Raises:
-            SceneError: a mesh is missing, lies outside the scene's folder or cannot be read.
+            SceneError: a mesh is missing or cannot be read; in a sandbox it lies outside the scene's folder.
         """
-        return read_meshes(self._document, self._folder, self._meshes)
+        return read_meshes(self._document, self._folder, self._meshes, self._sandbox)

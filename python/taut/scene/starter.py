@@ -71,7 +71,7 @@ def around_mesh(title: str, mesh: str, folder: Path, up: str) -> dict[str, Any]:
         up: ``"y"`` or ``"z"``, the axis that points up in the mesh.
 
     Raises:
-        SceneError: the mesh is missing or outside of the folder.
+        SceneError: the mesh is missing.
         MeshError: it cannot be read.
     """
     from taut.formats import read_mesh

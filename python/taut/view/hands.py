@@ -62,7 +62,7 @@ class Hands:
             return
         first = simulations[0]
         for order in self.pins.values():
-            path = first.positions[first.pin_groups[order.group][0]] - first.pin_offset(order.group)
+            path = first.exact_positions[first.pin_groups[order.group][0]] - first.pin_offset(order.group)
             self.offsets[order.group] = np.subtract(order.target, path)
         for simulation in simulations:
             speed = PACE * diagonal(simulation)
@@ -99,7 +99,7 @@ def weights(simulation: Simulation, vertices: frozenset[int], document: Mapping[
         if own:
             hung = simulation.scene.document["cloth"][index].get("weights", ())
             mass = float(simulation.mass[cloth.first_vertex :][: cloth.vertices].sum())
-            mass = SHARE * max(1e-6, mass - sum(float(weight["mass"]) for weight in hung))
+            mass = SHARE * max(1e-6 * mass, mass - sum(float(weight["mass"]) for weight in hung))
             hands = [{"vertices": [vertex], "mass": mass} for vertex in own]
             listed = [*document["cloth"][index].get("weights", ()), *hands]
             settings.append(f"cloth[{index}].weights={inline(listed)}")
@@ -114,14 +114,14 @@ def hand_over(before: Simulation, after: Simulation, frame: int) -> None:
         after: one with the same vertices; it is brought within its limit if it would start beyond it.
         frame: frames since the start.
     """
-    after.set_state(before.positions, before.velocities, frame * after.substeps)
+    after.set_state(before.exact_positions, before.velocities, frame * after.substeps)
     if is_beyond_limit(after):
         after.admit()
 
 
 def is_beyond_limit(simulation: Simulation) -> bool:
     """Whether a spring is over its limit."""
-    ends = simulation.positions[simulation.springs].astype(np.float64)
+    ends = simulation.exact_positions[simulation.springs]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     return bool((length > simulation.rest_length * (1.0 + simulation.strain_limit) * (1 + 1e-6)).any())
 
@@ -129,4 +129,4 @@ def is_beyond_limit(simulation: Simulation) -> bool:
 def diagonal(simulation: Simulation) -> float:
     """The diagonal of the box around all vertices now [m]."""
     extent = np.ptp(simulation.positions, axis=0) if len(simulation.positions) else np.zeros(3)
-    return max(1e-3, float(np.linalg.norm(extent)))
+    return float(np.linalg.norm(extent)) or 1.0

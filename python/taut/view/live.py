@@ -37,7 +37,7 @@ class LiveShow(Show):
         self._hands = Hands()
         self._wish = self._running = Wish()
         self._runs = build(scene, self._wish, None, threads)
-        self._rest = self._runs[0].simulation.positions.copy()
+        self._rest = self._runs[0].simulation.exact_positions
         self._building: tuple[Wish, Future[list[Run]]] | None = None
         self._builder = ThreadPoolExecutor(1, "taut-build")
         self._frame = 0
@@ -205,7 +205,7 @@ class LiveShow(Show):
     def _layout(self) -> bytes:
         simulation = self._first
         mesh = Mesh(
-            self._rest,
+            self._rest.astype(np.float32),
             simulation.faces,
             simulation.springs,
             simulation.spring_kind,

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::geometry::Vectors;
 use crate::inputs::Lead;
+use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::State;
 
@@ -33,7 +34,8 @@ pub(super) fn start(stride: Stride<'_>, state: &mut State) {
 pub(super) fn hold(stride: Stride<'_>, state: &mut State) {
     let step = stride.plan.length as f32;
     for lead in free(stride) {
-        state.velocities.set(lead.particle as usize, way(lead, state, step) / step);
+        let way = way(lead, stride.model, state, step);
+        state.velocities.set(lead.particle as usize, way / step);
     }
 }
 
@@ -41,7 +43,7 @@ pub(super) fn hold(stride: Stride<'_>, state: &mut State) {
 pub(super) fn place(stride: Stride<'_>, state: &mut State, ends: &mut Vectors) {
     let step = stride.plan.length as f32;
     for lead in free(stride) {
-        let (particle, way) = (lead.particle as usize, way(lead, state, step));
+        let (particle, way) = (lead.particle as usize, way(lead, stride.model, state, step));
         ends.set(particle, state.positions.get(particle) + way);
         state.velocities.set(particle, way / step);
     }
@@ -55,8 +57,10 @@ pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors, held
         let offset = &mut state.offsets[shift.group];
         offset.pace = if held_back { (offset.pace * PATIENCE).max(SLOWEST) } else { (offset.pace * COURAGE).min(1.0) };
         if let (true, Some(&particle)) = (held_back, model.pins[shift.group].particles.first()) {
+            let cloth = model.pins[shift.group].cloth;
+            let gone = state.origins[cloth] - model.origins[cloth].at;
             let on_path = inputs.pins.position(model, shift.group, 0, time);
-            offset.now = ends.get(particle as usize).as_dvec3() - on_path.as_dvec3();
+            offset.now = ends.get(particle as usize).as_dvec3() + gone - on_path;
         }
     }
 }
@@ -68,7 +72,9 @@ fn free(stride: Stride<'_>) -> impl Iterator<Item = &Lead> {
 }
 
 /// The way of a step [m].
-fn way(lead: &Lead, state: &State, step: f32) -> Vec3 {
-    let gap = lead.target - state.positions.get(lead.particle as usize);
+fn way(lead: &Lead, model: &Model, state: &State, step: f32) -> Vec3 {
+    let particle = lead.particle as usize;
+    let target = (lead.target - state.origins[model.cloth_of(particle)]).as_vec3();
+    let gap = target - state.positions.get(particle);
     (gap * (step / RESPONSE).min(1.0)).clamp_length_max(lead.speed * step)
 }

@@ -14,7 +14,7 @@ use crate::state::{Past, State};
 use strain_limit::StrainLimit;
 
 /// What a filter did in one step.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Limited {
     /// Springs that would have gone over their limit.
     pub springs: u32,
@@ -24,6 +24,8 @@ pub struct Limited {
     pub cuts: u32,
     /// Those of them whose pins went only a part of their way, too: they moved apart further than the cloth could follow.
     pub held_back_pins: u32,
+    /// The part of its motion that the certificate took from a cloth, the largest of all cloths [1].
+    pub lost_motion: f64,
 }
 
 /// The filter of a model with its workspace.
@@ -65,7 +67,7 @@ pub fn admit(stride: Stride<'_>, state: &mut State, filter: &mut Filter, pool: &
     if model.solver.filter != FilterKind::CoarseToFine {
         return;
     }
-    let mut start = State::new(model);
+    let mut start = State { origins: state.origins.clone(), ..State::new(model) };
     filter.strain_limit.apply(stride, &mut start, &mut state.positions, pool);
     state.past = Past::none(model);
 }

@@ -213,11 +213,11 @@ pub fn damping_gains(
 
 /// Dampers of some cloths over a whole step: `V += F_D / M h` if one stage is stable, or as many stages of a Runge-Kutta-Legendre method
 /// as make it stable (Meyer, Balsara & Aslam 2012, first order: s stages are stable for (s^2 + s) / 2 times the step).
-pub fn damp(stride: Stride<'_>, cloths: &[ClothRange], velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
+pub fn damp(stride: Stride<'_>, cloths: &[ClothRange], stages: u32, velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
     let Forces { dampers, stage, .. } = forces;
-    let stages = stride.plan.damping_stages as f32;
-    let part = 2.0 / (stages * stages + stages) * stride.plan.length as f32;
-    for number in 1..=stride.plan.damping_stages {
+    let s = stages as f32;
+    let part = 2.0 / (s * s + s) * stride.plan.length as f32;
+    for number in 1..=stages {
         if number == 1 {
             stage.copy_from(velocities);
         }

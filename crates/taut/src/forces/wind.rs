@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::geometry::{Pool, Vectors, VectorsChunk, for_each_chunk, sine_of_turns};
@@ -25,7 +25,7 @@ pub(super) struct Wind {
     /// A corner's share of each panel: of its area vector [m^2] in the particle form, of its force [N] in the triangle form; and how
     /// long that is.
     panels: Vec<Vec4>,
-    /// Phase of each gust wave at the time of the step [turns].
+    /// Phase of each gust wave at the origin of a cloth and the time of the step [turns].
     phases: [f32; OCTAVES],
     /// What gives way to an impulse on each panel [kg]; infinite where all corners are held.
     inertia: Vec<f32>,
@@ -55,12 +55,15 @@ impl Wind {
         if self.relative.is_empty() {
             *self = Self::new(model);
         }
-        let time = moment.time;
-        for (phase, wave) in self.phases.iter_mut().zip(&air.waves) {
-            *phase = (wave.phase - wave.turns_per_second * time).rem_euclid(1.0) as f32;
+        for (cloth, &origin) in model.cloths.iter().zip(moment.origins) {
+            for (phase, wave) in self.phases.iter_mut().zip(&air.waves) {
+                let here = wave.turns_per_metre.as_dvec3().dot(origin);
+                *phase = (wave.phase + here - wave.turns_per_second * moment.time).rem_euclid(1.0) as f32;
+            }
+            let phases = &self.phases;
+            let each = |mut chunk: VectorsChunk<'_>| relative_velocity(&mut chunk, air, phases, origin, moment);
+            self.relative.for_each_chunk_of(cloth.particles(), pool, each);
         }
-        let phases = &self.phases;
-        self.relative.for_each_chunk(pool, |mut chunk| relative_velocity(&mut chunk, air, phases, moment));
         let mut panels = std::mem::take(&mut self.panels);
         for_each_chunk(&mut panels, pool, |first, shares| {
             Arch::new().dispatch(OfPanels { stride, air, positions: moment.positions, wind: self, first, shares });
@@ -186,7 +189,7 @@ fn inertia_of_panel(model: &Model, panel: usize) -> f32 {
 }
 
 /// V_rel = V - W(X), W being the mean wind, the gusts and the flows.
-fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], moment: Moment<'_>) {
+fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], origin: DVec3, moment: Moment<'_>) {
     let run = chunk.first..chunk.first + chunk.x.len();
     let (mean, len) = (air.velocity, run.len());
     let (out_x, out_y, out_z) = (&mut chunk.x[..len], &mut chunk.y[..len], &mut chunk.z[..len]);
@@ -195,13 +198,14 @@ fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, phases: &[f32], mo
     for (out, velocity, mean) in [(&mut *out_x, u, mean.x), (&mut *out_y, v, mean.y), (&mut *out_z, w, mean.z)] {
         out.iter_mut().zip(velocity).for_each(|(out, velocity)| *out = velocity - mean);
     }
-    Arch::new().dispatch(TakeAir { air, phases, x, y, z, out: [out_x, out_y, out_z] });
+    Arch::new().dispatch(TakeAir { air, phases, origin, x, y, z, out: [out_x, out_y, out_z] });
 }
 
 /// V_rel -= V of the gusts and the flows.
 struct TakeAir<'a> {
     air: &'a Air,
     phases: &'a [f32],
+    origin: DVec3,
     x: &'a [f32],
     y: &'a [f32],
     z: &'a [f32],
@@ -213,7 +217,7 @@ impl WithSimd for TakeAir<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { air, phases, x, y, z, out: [u, v, w] } = self;
+        let Self { air, phases, origin, x, y, z, out: [u, v, w] } = self;
         for (Wave { amplitude, turns_per_metre, .. }, &phase) in air.waves.iter().zip(phases) {
             take(x, y, z, [&mut *u, &mut *v, &mut *w], |[x, y, z]| {
                 let sine = sine_of_turns(turns_per_metre.x * x + turns_per_metre.y * y + turns_per_metre.z * z + phase);
@@ -221,10 +225,12 @@ impl WithSimd for TakeAir<'_> {
             });
         }
         for vortex in &air.flows.vortices {
-            take(x, y, z, [&mut *u, &mut *v, &mut *w], |place| vortex.velocity(place));
+            let centre = (vortex.centre - origin).as_vec3();
+            take(x, y, z, [&mut *u, &mut *v, &mut *w], |[x, y, z]| vortex.velocity([x - centre.x, y - centre.y, z - centre.z]));
         }
         for outflow in &air.flows.outflows {
-            take(x, y, z, [&mut *u, &mut *v, &mut *w], |place| outflow.velocity(place));
+            let centre = (outflow.centre - origin).as_vec3();
+            take(x, y, z, [&mut *u, &mut *v, &mut *w], |[x, y, z]| outflow.velocity([x - centre.x, y - centre.y, z - centre.z]));
         }
     }
 }

@@ -1,5 +1,7 @@
-//! Vectors as structure of arrays, and the thread pool that walks over them. Knows nothing of cloth.
+//! Vectors as structure of arrays, the thread pool that walks over them, functions with the same bits everywhere. Knows nothing of
+//! cloth.
 
+mod functions;
 mod parallel;
 mod quads;
 mod registers;
@@ -8,8 +10,9 @@ mod rsqrt;
 mod sine;
 mod vectors;
 
+pub use functions::{cbrt, exp2, hypot, power, turn};
 pub use parallel::{CHUNK, Pool, for_each_chunk, sum_of_chunks, sum_over_chunks};
-pub use quads::{by_axis, by_vector, fill_quads};
+pub use quads::{add_to_each, by_axis, by_vector, differences, fill_quads, roots};
 pub use registers::lanes;
 pub use rows::{Block, LINE, Rows, fill_column, register, registers, set_registers};
 pub use rsqrt::{reciprocal_sqrt, reciprocal_sqrts};

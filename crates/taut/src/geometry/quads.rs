@@ -29,6 +29,37 @@ pub fn by_vector([x, y, z]: [Vec4; 3]) -> [Vec4; 4] {
     [x_axis, y_axis, z_axis, w_axis]
 }
 
+/// From the quads `a` to the quads `b`, each coordinate of all four. Written out, as what follows is: what `array::map` and closures
+/// make of it is not always inlined into a function that is compiled for wider registers, and a call costs more than the work.
+#[inline(always)]
+#[must_use]
+pub fn differences(quads: &[Vec4], [a, b]: &[[u32; 4]; 2]) -> [Vec4; 3] {
+    by_axis([
+        quads[b[0] as usize] - quads[a[0] as usize],
+        quads[b[1] as usize] - quads[a[1] as usize],
+        quads[b[2] as usize] - quads[a[2] as usize],
+        quads[b[3] as usize] - quads[a[3] as usize],
+    ])
+}
+
+/// Adds three coordinates of four vectors to four quads, none of them twice.
+#[inline(always)]
+pub fn add_to_each(quads: &mut [Vec4], places: &[u32; 4], by_axis: [Vec4; 3]) {
+    let [a, b, c, d] = by_vector(by_axis);
+    quads[places[0] as usize] += a;
+    quads[places[1] as usize] += b;
+    quads[places[2] as usize] += c;
+    quads[places[3] as usize] += d;
+}
+
+/// Square roots, the same on every machine.
+#[inline(always)]
+#[must_use]
+pub fn roots(squares: Vec4) -> Vec4 {
+    let [a, b, c, d] = squares.to_array();
+    Vec4::new(a.sqrt(), b.sqrt(), c.sqrt(), d.sqrt())
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Vec3;

@@ -182,6 +182,22 @@ impl Vectors {
         });
     }
 
+    /// The largest coordinate of some vectors, whatever its sign; what is not a number does not count.
+    #[must_use]
+    pub fn reach(&self, range: Range<usize>, pool: &Pool) -> f32 {
+        let largest = |run: &[f32]| Arch::new().dispatch(Largest(run));
+        let of = |column: &Vec<f32>| {
+            let run = &column[range.clone()];
+            if pool.pays_for(run.len()) {
+                // The largest of all is the same in any order.
+                run.par_chunks(4 * CHUNK).map(largest).reduce(|| 0.0, f32::max)
+            } else {
+                largest(run)
+            }
+        };
+        [&self.x, &self.y, &self.z].map(of).into_iter().fold(0.0, f32::max)
+    }
+
     /// Access from several threads that promise to touch different vectors.
     pub fn shared(&mut self) -> SharedVectors<'_> {
         SharedVectors {
@@ -208,6 +224,24 @@ impl WithSimd for SetScaled<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         let terms = self.base.iter().zip(self.change);
         self.column.iter_mut().zip(terms).for_each(|(value, (base, change))| *value = base + change * self.factor);
+    }
+}
+
+struct Largest<'a>(&'a [f32]);
+
+impl WithSimd for Largest<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f32 {
+        const LANES: usize = 16;
+        let mut lanes = [0.0_f32; LANES];
+        for values in self.0.chunks(LANES) {
+            for (lane, value) in lanes.iter_mut().zip(values) {
+                *lane = if value.abs() > *lane { value.abs() } else { *lane };
+            }
+        }
+        lanes.into_iter().fold(0.0, f32::max)
     }
 }
 

@@ -12,12 +12,12 @@ use crate::filter::Limited;
 use crate::forces::{bending_energy, curved_energy, elastic_energy};
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::inputs::Inputs;
-use crate::model::Model;
+use crate::model::{ClothRange, Model};
 use crate::state::{State, longest_of, measure_squares};
 use grid::{Band, GridSprings};
 
 /// What a step did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct StepReport {
     /// How often the integrator looked at all springs.
     pub evaluations: u32,
@@ -82,6 +82,8 @@ pub struct Health {
     /// Springs that are in no grid.
     chunks: Vec<(Range<usize>, SpringPart)>,
     particles: Vec<ParticlePart>,
+    /// Of each cloth what is not held [kg].
+    free_mass: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -118,6 +120,7 @@ impl Health {
             bands: grids.iter().enumerate().flat_map(|(index, grid)| grid.bands(model, index)).collect(),
             chunks: others.flat_map(chunks).collect(),
             grids,
+            free_mass: model.cloths.iter().map(|cloth| free_mass(model, cloth)).collect(),
             particles: vec![ParticlePart::default(); model.particle_count().div_ceil(CHUNK)],
         }
     }
@@ -133,7 +136,7 @@ pub fn glance(model: &Model, state: &State, health: &mut Health, pool: &Pool) ->
 pub fn inspect(model: &Model, state: &State, inputs: &Inputs, health: &mut Health, pool: &Pool) -> StateReport {
     let gravity = inputs.gravity.at(state.time()).as_vec3();
     let (worst_stretch, worst_spring) = health.measure(model, state, true, pool);
-    let Health { bands, chunks, particles, .. } = health;
+    let Health { bands, chunks, particles, free_mass, .. } = health;
     for_each_part(particles, pool.pays_for(model.particle_count()), |chunk, part| {
         *part = particles_of(chunk, model, state, gravity)
     });
@@ -145,7 +148,15 @@ pub fn inspect(model: &Model, state: &State, inputs: &Inputs, health: &mut Healt
         report.elastic_energy += part.elastic;
         report.non_finite = report.non_finite.or(part.non_finite);
     }
+    for (mass, origin) in free_mass.iter().zip(&state.origins) {
+        report.potential_energy -= mass * gravity.as_dvec3().dot(*origin);
+    }
     report
+}
+
+fn free_mass(model: &Model, cloth: &ClothRange) -> f64 {
+    let masses = model.particles.mass[cloth.particles()].iter().zip(&model.particles.inverse_mass[cloth.particles()]);
+    masses.filter(|(_, weight)| **weight > 0.0).map(|(mass, _)| f64::from(*mass)).sum()
 }
 
 impl Health {
@@ -267,7 +278,7 @@ impl WithSimd for Energies<'_> {
                 for ((kinetic, potential), ((x, v), (mass, weight))) in lanes.zip(values) {
                     // What is held has no energy, but must be somewhere.
                     let mass = if *weight > 0.0 { f64::from(*mass) } else { 0.0 };
-                    *kinetic += 0.5 * mass * f64::from(*v).powi(2);
+                    *kinetic += 0.5 * mass * (f64::from(*v) * f64::from(*v));
                     *potential -= mass * f64::from(gravity) * f64::from(*x);
                 }
             }

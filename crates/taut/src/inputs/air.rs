@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::Flows;
+use crate::geometry::{exp2, power};
 use crate::scene::{FlowElement, Wind, WindLaw, WindModel};
 
 /// One travelling sine wave of the gusts.
@@ -68,13 +69,13 @@ fn waves(mean: DVec3, strength: f64, period: f64, seed: u64) -> Vec<Wave> {
         return Vec::new();
     }
     let along = mean / speed;
-    let share = |octave: usize| 2.0_f64.powf(-(octave as f64) / 3.0);
+    let share = |octave: usize| exp2(-(octave as f64) / 3.0);
     // Root mean square of a unit sine is 1/sqrt(2); independent waves add in squares.
-    let square: f64 = (0..OCTAVES).map(|octave| 0.5 * share(octave).powi(2)).sum();
+    let square: f64 = (0..OCTAVES).map(|octave| 0.5 * power(share(octave), 2)).sum();
     let mut random = SplitMix(seed);
     (0..OCTAVES)
         .map(|octave| {
-            let period = period / 2.0_f64.powi(octave as i32) * (0.9 + 0.2 * random.unit());
+            let period = period / exp2(octave as f64) * (0.9 + 0.2 * random.unit());
             let travel = (along + 0.4 * random.direction()).normalize();
             let swing = (along + 0.8 * random.direction()).normalize();
             Wave {

@@ -15,7 +15,7 @@ use crate::scene::Flow;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vortex {
     /// A point on the line [m].
-    pub centre: Vec3,
+    pub centre: DVec3,
     /// Its direction, a unit vector.
     pub axis: Vec3,
     /// Gamma / (2 pi) [m^2/s].
@@ -28,7 +28,7 @@ pub struct Vortex {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outflow {
     /// The point [m].
-    pub centre: Vec3,
+    pub centre: DVec3,
     /// Q / (4 pi) [m^3/s].
     pub strength: f32,
     /// [m]
@@ -36,12 +36,11 @@ pub struct Outflow {
 }
 
 impl Vortex {
-    /// Velocity of the air at a point [m/s].
+    /// Velocity of the air at a point that is so far from the centre [m/s].
     #[inline(always)]
     #[must_use]
     pub fn velocity(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
-        let (Vec3 { x: a, y: b, z: c }, centre) = (self.axis, self.centre);
-        let (x, y, z) = (x - centre.x, y - centre.y, z - centre.z);
+        let Vec3 { x: a, y: b, z: c } = self.axis;
         // A x D is as long as the way from the line.
         let (u, v, w) = (b * z - c * y, c * x - a * z, a * y - b * x);
         let square = u * u + v * v + w * w;
@@ -52,11 +51,10 @@ impl Vortex {
 }
 
 impl Outflow {
-    /// Velocity of the air at a point [m/s].
+    /// Velocity of the air at a point that is so far from the centre [m/s].
     #[inline(always)]
     #[must_use]
     pub fn velocity(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
-        let (x, y, z) = (x - self.centre.x, y - self.centre.y, z - self.centre.z);
         let distance = (x * x + y * y + z * z).sqrt();
         let radius = if distance > self.core { distance } else { self.core };
         let factor = self.strength / (radius * radius * radius);
@@ -83,14 +81,13 @@ impl Flows {
                 Flow::Vortex { centre, axis, circulation, core } => {
                     let strength = circulation / TAU;
                     greatest += strength.abs() / core;
-                    let (centre, axis) = (Vec3::from_array(centre.map(|part| part as f32)), DVec3::from_array(axis));
-                    let axis = axis.normalize().as_vec3();
+                    let (centre, axis) = (DVec3::from_array(centre), DVec3::from_array(axis).normalize().as_vec3());
                     sorted.vortices.push(Vortex { centre, axis, strength: strength as f32, core: core as f32 });
                 }
                 Flow::Source { centre, flow, core } => {
                     let strength = flow / (4.0 * PI);
                     greatest += strength.abs() / (core * core);
-                    let centre = Vec3::from_array(centre.map(|part| part as f32));
+                    let centre = DVec3::from_array(centre);
                     sorted.outflows.push(Outflow { centre, strength: strength as f32, core: core as f32 });
                 }
             }

@@ -3,7 +3,7 @@
 //! A held particle has no mass while it is held, as a pin of the scene: it goes where it is told. A led particle keeps its mass: it
 //! goes where the hand says unless the strain limit holds it back, and a hand that asks for the impossible stays behind its target.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// All that is held.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -19,8 +19,8 @@ pub struct Grips {
 /// Where a held particle goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
-    /// The place [m].
-    pub place: Vec3,
+    /// The place in the world [m].
+    pub place: DVec3,
     /// When it shall be there [s]; it goes straight, and is there at the end of the next step if that is later.
     pub arrival: f64,
 }
@@ -30,8 +30,8 @@ pub struct Target {
 pub struct Lead {
     /// Which.
     pub particle: u32,
-    /// Where to [m].
-    pub target: Vec3,
+    /// Where to, in the world [m].
+    pub target: DVec3,
     /// Highest speed [m/s].
     pub speed: f32,
 }
@@ -59,10 +59,11 @@ impl Grips {
         }
     }
 
-    /// Leads a particle towards `target` [m] at no more than `speed` [m/s]; what is pinned or held goes its own way.
-    pub fn lead(&mut self, particle: u32, target: Vec3, speed: f32) {
+    /// Leads a particle towards `target`, a place in the world [m], at no more than `speed` [m/s]; what is pinned or held goes its own
+    /// way.
+    pub fn lead(&mut self, particle: u32, target: impl Into<DVec3>, speed: f32) {
         self.leads.retain(|lead| lead.particle != particle);
-        self.leads.push(Lead { particle, target, speed });
+        self.leads.push(Lead { particle, target: target.into(), speed });
     }
 
     /// Lets a particle go, whether it is held or led.
@@ -112,12 +113,12 @@ impl Grips {
 }
 
 impl Target {
-    /// Where a particle at `from` [m] shall be at the end of a step of `step` seconds that begins at `time` [s].
+    /// The part of the way to it that a step of `length` seconds goes which begins at `time` [s].
     #[must_use]
-    pub fn after(&self, step: f64, time: f64, from: Vec3) -> Vec3 {
+    pub fn part(&self, length: f64, time: f64) -> f32 {
         let left = self.arrival - time;
         // A remainder of rounding is no further step.
-        if left <= step * (1.0 + 1e-6) { self.place } else { from + (self.place - from) * (step / left) as f32 }
+        if left <= length * (1.0 + 1e-6) { 1.0 } else { (length / left) as f32 }
     }
 }
 
@@ -127,12 +128,12 @@ mod tests {
 
     #[test]
     fn a_target_in_the_future_is_reached_in_equal_steps() {
-        let target = Target { place: Vec3::new(1.0, 0.0, 0.0), arrival: 0.4 };
-        let mut place = Vec3::ZERO;
+        let target = Target { place: DVec3::X, arrival: 0.4 };
+        let mut gone = 0.0;
         for step in 0..6 {
-            place = target.after(0.1, 0.1 * f64::from(step), place);
-            assert!((f64::from(place.x) - (0.25 * f64::from(step + 1)).min(1.0)).abs() < 1e-6, "{place} after step {step}");
+            gone += (1.0 - gone) * target.part(0.1, 0.1 * f64::from(step));
+            assert!((f64::from(gone) - (0.25 * f64::from(step + 1)).min(1.0)).abs() < 1e-6, "{gone} after step {step}");
         }
-        assert_eq!(place, Vec3::X);
+        assert_eq!(gone, 1.0);
     }
 }

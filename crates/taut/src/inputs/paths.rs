@@ -1,6 +1,6 @@
 //! Where the pins of a scene go.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use super::Track;
 use crate::model::Model;
@@ -25,9 +25,9 @@ impl Paths {
         &self.tracks[group]
     }
 
-    /// Where particle number `index` of a pin group is at `time` [m].
+    /// Where particle number `index` of a pin group is at `time`, from the origin that its cloth has at the start [m].
     #[must_use]
-    pub fn position(&self, model: &Model, group: usize, index: usize, time: f64) -> Vec3 {
-        (model.pins[group].start[index] + self.tracks[group].at(time)).as_vec3()
+    pub fn position(&self, model: &Model, group: usize, index: usize, time: f64) -> DVec3 {
+        model.pins[group].start[index] + self.tracks[group].at(time)
     }
 }

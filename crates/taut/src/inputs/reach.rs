@@ -53,7 +53,7 @@ fn check_pair(
     let pins = |group: usize| -> &PinGroup { &model.pins[group] };
     for time in moments.iter().map(|&bits| f64::from_bits(bits)) {
         for (target, &particle) in pins(other).particles.iter().enumerate() {
-            let apart = f64::from(paths.position(model, one, source, time).distance(paths.position(model, other, target, time)));
+            let apart = paths.position(model, one, source, time).distance(paths.position(model, other, target, time));
             let within = reach[particle as usize];
             if apart > within * (1.0 + 1e-6) {
                 let [a, b] = [pins(one).particles[source], particle].map(|particle| model.numbering.vertex(particle));

@@ -64,13 +64,13 @@ impl Method for Bdf2 {
         let Step { stride, state, ends } = step;
         let (all, length, start) = (0..stride.model.particle_count(), stride.plan.length, state.time());
         let weights = Weights::new(&state.past, length);
-        let State { positions, velocities, past: Past { displacements, gains, .. }, .. } = state;
+        let State { origins, positions, velocities, past: Past { displacements, gains, .. }, .. } = state;
         let Self { systems, ahead, drift } = self;
         // Where the last step points to.
         ahead.set_scaled(all.clone(), positions, velocities, length as f32, pool);
         drift.set_scaled(all.clone(), velocities, gains, weights.ratio, pool);
-        let outside = Moment { positions: ahead, velocities: drift, time: start + length };
-        forces::inside_and_outside(stride, Moment { positions, velocities, time: start }, outside, forces, pool);
+        let outside = Moment { origins, positions: ahead, velocities: drift, time: start + length };
+        forces::inside_and_outside(stride, Moment { origins, positions, velocities, time: start }, outside, forces, pool);
         // (D a + V b) / b: how fast everything would go on.
         drift.set_scaled(all.clone(), velocities, displacements, weights.last / weights.reach as f32, pool);
         let mut passes = 1;

@@ -8,7 +8,7 @@ use super::{MassScaling, Method, Step};
 use crate::forces::{self, Forces};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
-use crate::schedule::{Plan, Stride};
+use crate::schedule::{ClothPlan, Plan, Stride};
 use crate::state::State;
 
 /// One of the equal parts of a step: forces kick velocities, positions drift.
@@ -58,15 +58,15 @@ impl Euler {
         if *plan == self.plan {
             return;
         }
-        self.plan = *plan;
+        self.plan.clone_from(plan);
         for (cloth, masses) in model.cloths.iter().zip(&mut self.masses) {
-            let Some(timing) = plan.scaled(cloth) else { continue };
+            let Some(timing) = &plan.of(cloth).scaled else { continue };
             match masses {
                 Some(masses) => masses.share_out(cloth, timing),
                 None => *masses = MassScaling::new(model, cloth, timing),
             }
         }
-        if self.gains.is_empty() && plan.scaled.is_some() {
+        if self.gains.is_empty() && plan.cloths.iter().any(|cloth| cloth.scaled.is_some()) {
             self.gains = Vectors::zeros(model.particle_count());
         }
     }
@@ -96,27 +96,32 @@ impl Method for Euler {
         for index in 0..model.cloths.len() {
             self.go_through_parts(stride, index, state, ends, forces, pool); // x, v, a -> x*, v*
         }
-        model.cloths.iter().map(|cloth| plan.parts(cloth)).max().unwrap_or_default()
+        plan.cloths.iter().map(ClothPlan::parts).max().unwrap_or_default()
     }
 }
 
 impl Euler {
     fn damp(&mut self, stride: Stride<'_>, velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
         let Stride { model, plan, .. } = stride;
-        if plan.scaled.is_none() {
-            return forces::damp(stride, &model.cloths, velocities, forces, pool);
-        }
-        if plan.damping_stages == 0 {
-            return;
+        // Cloths that take the same stages are damped together.
+        if let [first, others @ ..] = &plan.cloths[..]
+            && plan.cloths.iter().all(|cloth| cloth.scaled.is_none())
+            && others.iter().all(|cloth| cloth.damping_stages == first.damping_stages)
+        {
+            return forces::damp(stride, &model.cloths, first.damping_stages, velocities, forces, pool);
         }
         let Self { masses, gains, .. } = self;
         for (cloth, masses) in model.cloths.iter().zip(masses) {
-            match masses.as_mut().filter(|masses| plan.scaled(cloth).is_some() && masses.scale_dampers()) {
+            let ClothPlan { damping_stages: stages, scaled, .. } = *plan.of(cloth);
+            if stages == 0 {
+                continue;
+            }
+            match masses.as_mut().filter(|masses| scaled.is_some() && masses.scale_dampers()) {
                 Some(masses) => {
                     forces::damping_gains(stride, cloth, velocities, gains, forces, pool);
                     masses.add_damping(gains, velocities, pool);
                 }
-                None => forces::damp(stride, std::slice::from_ref(cloth), velocities, forces, pool),
+                None => forces::damp(stride, std::slice::from_ref(cloth), stages, velocities, forces, pool),
             }
         }
     }
@@ -136,9 +141,10 @@ impl Euler {
         let Self { seen, masses, gains, .. } = self;
         let cloth = &model.cloths[index];
         let particles = cloth.particles();
-        let timing = plan.scaled(cloth);
-        let ahead = timing.map_or(plan.springs_ahead, |timing| timing.springs_ahead) as f32;
-        let parts = Parts::new(plan.length, plan.parts(cloth));
+        let own = plan.of(cloth);
+        let timing = own.scaled;
+        let ahead = timing.map_or(own.springs_ahead, |timing| timing.springs_ahead) as f32;
+        let parts = Parts::new(plan.length, own.parts());
         ends.set_scaled(particles.clone(), positions, velocities, parts.half, pool);
         for part in parts.iter() {
             let springs_see = look_ahead(seen, ends, cloth, velocities, ahead, pool);

@@ -44,16 +44,16 @@ impl Method for RungeKutta {
         let Step { stride, state, ends } = step;
         let Self { stages, positions, velocities, way, gain } = self;
         let (all, length, start) = (0..stride.model.particle_count(), stride.plan.length, state.time());
-        let State { positions: from, velocities: speeds, .. } = state;
+        let State { origins, positions: from, velocities: speeds, .. } = state;
         for (number, stage) in stages.iter().enumerate() {
             let (reach, weight) = ((stage.node * length) as f32, stage.weight as f32);
             let moment = if number == 0 {
-                Moment { positions: &*from, velocities: &*speeds, time: start }
+                Moment { origins, positions: &*from, velocities: &*speeds, time: start }
             } else {
                 // The velocities of the stage before are needed for its positions, its accelerations for its velocities.
                 positions.set_scaled(all.clone(), from, if number == 1 { speeds } else { velocities }, reach, pool);
                 velocities.set_scaled(all.clone(), speeds, forces.acceleration(), reach, pool);
-                Moment { positions: &*positions, velocities: &*velocities, time: start + stage.node * length }
+                Moment { origins, positions: &*positions, velocities: &*velocities, time: start + stage.node * length }
             };
             forces::all(stride, moment, forces, pool);
             if number == 0 {

@@ -29,11 +29,11 @@ impl Method for Verlet {
         let (all, length, start) = (0..stride.model.particle_count(), stride.plan.length, state.time());
         let half = (0.5 * length) as f32;
         forces::all(stride, state.moment(), forces, pool);
-        let State { positions, velocities, .. } = state;
+        let State { origins, positions, velocities, .. } = state;
         velocities.add_scaled(all.clone(), forces.acceleration(), half, pool);
         ends.set_scaled(all.clone(), positions, velocities, length as f32, pool);
         self.predicted.set_scaled(all.clone(), velocities, forces.acceleration(), half, pool);
-        let moment = Moment { positions: ends, velocities: &self.predicted, time: start + length };
+        let moment = Moment { origins, positions: ends, velocities: &self.predicted, time: start + length };
         forces::all(stride, moment, forces, pool);
         velocities.add_scaled(all, forces.acceleration(), half, pool);
         2

@@ -3,17 +3,17 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3, EulerRot};
+use glam::DVec3;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::bending::{CurvedCloth, Row};
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice, Link,
-    MeshData, Model, Numbering, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending, curve::CurvesOfCloth,
-    free::levels, grid, mesh, network, numbering, pins, rates::Rates, suits, weights,
+    Adjacency, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice, LevelRate,
+    Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
+    curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, rates, rates::Rates, suits, weights,
 };
-use crate::geometry::Vectors;
+use crate::geometry::{Vectors, turn};
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source};
 
 /// Particle and spring numbers are 32 bits wide.
@@ -28,40 +28,47 @@ impl Model {
         let mut assembly = Assembly { warnings: scene.warnings(), ..Assembly::default() };
         for (index, cloth) in scene.cloth.iter().enumerate() {
             let at = format!("cloth[{index}]");
-            let part = build_part(cloth, &at, meshes)?;
-            assembly.add(scene, cloth, part, &at)?;
+            let (part, origin) = build_part(cloth, &at, meshes)?;
+            assembly.add(scene, cloth, part, origin, &at)?;
         }
         assembly.finish(scene)
     }
 }
 
-fn build_part(cloth: &Cloth, at: &str, meshes: &BTreeMap<String, MeshData>) -> Result<Part, SceneError> {
+fn build_part(cloth: &Cloth, at: &str, meshes: &BTreeMap<String, MeshData>) -> Result<(Part, Origin), SceneError> {
     let flexion = cloth.flexion_stiffness > 0.0 || buckles(cloth);
-    let place = |point: DVec3| {
-        let [x, y, z] = cloth.rotate.map(f64::to_radians);
-        let turn = DQuat::from_euler(EulerRot::ZYX, z, y, x);
-        turn * (point * cloth.scale) + DVec3::from_array(cloth.translate)
-    };
     let mut part = match cloth.sources().first() {
         Some(Source::Grid(source)) => grid::build(source, flexion),
         Some(Source::Network(source)) => network::build(source, flexion),
         Some(Source::Mesh(path)) => {
             let missing = || SceneError::with_value(format!("{at}.mesh"), format!("{path:?}"), "its geometry was not given");
-            mesh::build(meshes.get(*path).ok_or_else(missing)?, &format!("{at}.mesh"), flexion)?
+            mesh::build(meshes.get(*path).ok_or_else(missing)?, &format!("{at}.mesh"), cloth.scale, flexion)?
         }
         None => return Err(SceneError::at(at, "needs one of grid, mesh, network")),
     };
     let placed = cloth.scale != 1.0 || cloth.rotate != [0.0; 3] || cloth.translate != [0.0; 3];
-    if placed {
-        part.points.iter_mut().for_each(|point| *point = place(*point));
+    if cloth.grid.is_none() {
+        part.begin_at(Origin::near(DVec3::ZERO, &part.points).at);
     }
-    Ok(part)
+    if placed {
+        let turn = turn(cloth.rotate);
+        part.points.iter_mut().for_each(|point| *point = turn * (*point * cloth.scale));
+        part.origin = turn * (part.origin * cloth.scale) + DVec3::from_array(cloth.translate);
+    }
+    let origin = Origin::near(part.origin, &part.points);
+    part.begin_at(origin.at);
+    if cloth.grid.is_none() {
+        // What is at rest must be so in single precision, too; the springs of a grid are alike, and stay so.
+        part.points.iter_mut().for_each(|point| *point = point.as_vec3().as_dvec3());
+    }
+    Ok((part, origin))
 }
 
 /// Cloths put together so far.
 #[derive(Default)]
 struct Assembly {
     cloths: Vec<ClothRange>,
+    origins: Vec<Origin>,
     numbering: Numbering,
     particles: Particles,
     triangles: Vec<[u32; 3]>,
@@ -92,7 +99,7 @@ struct Spring {
 }
 
 impl Assembly {
-    fn add(&mut self, scene: &Scene, cloth: &Cloth, part: Part, at: &str) -> Result<(), SceneError> {
+    fn add(&mut self, scene: &Scene, cloth: &Cloth, part: Part, origin: Origin, at: &str) -> Result<(), SceneError> {
         let first = self.particles.mass.len();
         if first + part.points.len() > MOST_PARTICLES {
             return Err(SceneError::at(at, format!("more than {MOST_PARTICLES} vertices in all")));
@@ -112,9 +119,13 @@ impl Assembly {
         self.numbering.extend(&numbers);
         let part = if cloth.mesh.is_some() { part.renumbered(&numbers) } else { part };
         self.pins.extend(pins.into_iter().map(|group| PinGroup {
+            cloth: self.cloths.len(),
             particles: group.particles.iter().map(|&vertex| self.numbering.particle(vertex)).collect(),
             ..group
         }));
+        // One that is joined to others: what is loose may stay behind.
+        let guide = part.springs.first().map_or(0, |spring| spring.ends[0]);
+        self.origins.push(Origin { guide: guide + first as u32, ..origin });
         let areas = part.areas();
         let coefficients =
             [0.0, material.lift_coefficient].map(|lift| material.drag_coefficient + lift + cloth.friction_coefficient);
@@ -223,6 +234,9 @@ impl Assembly {
             is_network: cloth.network.is_some(),
             lattice: None,
             hierarchy: None,
+            index: self.cloths.len(),
+            strain_limit: cloth.material().strain_limit,
+            fastest: LevelRate::default(),
             rates: Vec::new(),
             heaviest: 0.0,
         });
@@ -262,7 +276,8 @@ impl Assembly {
         }
         let rates = Rates::new(&self.particles, &springs, &bending, self.drag_rate, self.wind_rate);
         let filter = scene.solver.filter;
-        let hierarchies = levels(filter, &mut self.cloths, &self.particles, &springs, &self.triangles, &lattices, &rates);
+        let of_cloths = rates::of_cloths(&self.cloths, &self.particles, &springs, &bending);
+        let hierarchies = levels(filter, &mut self.cloths, &self.particles, &springs, &self.triangles, &lattices, &of_cloths);
         self.warnings.extend(suits::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
         let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();
@@ -292,6 +307,7 @@ impl Assembly {
             }),
             triangles: self.triangles.into(),
             cloths: self.cloths,
+            origins: self.origins,
             numbering: self.numbering.into(),
             particles: self.particles,
             springs: springs.into(),

@@ -2,6 +2,7 @@
 
 use super::part::{Part, SpringSeed};
 use super::{Adjacency, SpringKind};
+use crate::geometry::power;
 use crate::scene::{self, Cloth, FilterKind};
 
 /// Straight pieces through the origin, as a sum of ramps: `y = slope x + sum rise (x - at)` over the ramps with `x > at`.
@@ -37,7 +38,7 @@ impl Curve {
     #[must_use]
     pub fn integral(&self, x: f32) -> f64 {
         let along = f64::from(if self.odd { x.abs() } else { x });
-        let part = |at: f32, slope: f32| 0.5 * f64::from(slope) * (along - f64::from(at)).max(0.0).powi(2);
+        let part = |at: f32, slope: f32| 0.5 * f64::from(slope) * power((along - f64::from(at)).max(0.0), 2);
         let first = 0.5 * f64::from(self.slope) * along * along;
         self.ramps.iter().fold(first, |sum, [at, rise]| sum + part(*at, *rise))
     }

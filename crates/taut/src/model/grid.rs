@@ -11,11 +11,10 @@ pub(super) fn build(grid: &Grid, flexion: bool) -> Part {
     let [nx, ny] = grid.cells;
     let cell = [grid.size[0] / f64::from(nx), grid.size[1] / f64::from(ny)];
     let [right, up] = grid.axes.map(|axis| DVec3::from_array(axis.direction()));
-    let origin = DVec3::from_array(grid.origin);
-    let mut part = Part::default();
+    let mut part = Part { origin: DVec3::from_array(grid.origin), ..Part::default() };
     for j in 0..=ny {
         for i in 0..=nx {
-            part.points.push(origin + right * (cell[0] * f64::from(i)) + up * (cell[1] * f64::from(j)));
+            part.points.push(right * (cell[0] * f64::from(i)) + up * (cell[1] * f64::from(j)));
         }
     }
     part.triangles = triangles(grid.cells);

@@ -7,7 +7,8 @@ use glam::DVec3;
 use super::SpringKind::{Flexion, Shear, Structural};
 use super::part::{Panel, Part, SpringSeed};
 use super::winding;
-use crate::scene::SceneError;
+use crate::geometry::power;
+use crate::scene::{FARTHEST, SceneError};
 
 /// A polygon mesh as it came from its file.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -46,9 +47,9 @@ struct Side {
 /// Builds springs and areas; `field` names the mesh in errors.
 ///
 /// # Errors
-/// Numbers that are not finite, vertex numbers out of range, nothing usable left.
-pub(super) fn build(mesh: &MeshData, field: &str, flexion: bool) -> Result<Part, SceneError> {
-    check(mesh, field)?;
+/// Numbers that are not finite or, times `scale`, too far away; vertex numbers out of range; nothing usable left.
+pub(super) fn build(mesh: &MeshData, field: &str, scale: f64, flexion: bool) -> Result<Part, SceneError> {
+    check(mesh, field, scale)?;
     let points: Vec<DVec3> = mesh.vertices.iter().copied().map(DVec3::from_array).collect();
     let mut part = Part { points, ..Part::default() };
     let faces = triangulate(mesh, &part.points, &mut part.notes);
@@ -66,9 +67,18 @@ pub(super) fn build(mesh: &MeshData, field: &str, flexion: bool) -> Result<Part,
     Ok(part)
 }
 
-fn check(mesh: &MeshData, field: &str) -> Result<(), SceneError> {
+fn check(mesh: &MeshData, field: &str, scale: f64) -> Result<(), SceneError> {
     if let Some(index) = mesh.vertices.iter().position(|vertex| vertex.iter().any(|part| !part.is_finite())) {
         return Err(SceneError::at(field, format!("vertex {index} has a coordinate that is not a finite number")));
+    }
+    let far = |vertex: &[f64; 3]| vertex.iter().any(|part| (part * scale).abs() > FARTHEST);
+    if let Some(index) = mesh.vertices.iter().position(far) {
+        let [x, y, z] = mesh.vertices[index];
+        let problem = format!(
+            "vertex {index} is at [{x}, {y}, {z}], times scale = {scale}: coordinates must be in [-{FARTHEST}, {FARTHEST}] m; is the mesh in \
+             millimetres? then scale = 0.001"
+        );
+        return Err(SceneError::at(field, problem));
     }
     let count = mesh.vertices.len();
     if let Some(&corner) = mesh.corners.iter().find(|&&corner| usize::try_from(corner).map_or(true, |corner| corner >= count)) {
@@ -159,7 +169,7 @@ fn springs(faces: &[Face], part: &mut Part, flexion: bool) {
     for edge in &edges {
         let ends = edge[0].ends;
         let area: f64 = edge.iter().map(|side| faces[side.face as usize].area).sum();
-        let weight = |ends: [u32; 2]| area / part.rest_length(ends).powi(2);
+        let weight = |ends: [u32; 2]| area / power(part.rest_length(ends), 2);
         let across = match edge {
             [one, other] if one.opposite != other.opposite => {
                 Some([one.opposite.min(other.opposite), one.opposite.max(other.opposite)]).filter(|&pair| !is_edge(pair))

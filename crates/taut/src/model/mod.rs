@@ -11,6 +11,7 @@ mod lattice;
 mod mesh;
 mod network;
 mod numbering;
+mod origin;
 mod part;
 mod pins;
 mod rates;
@@ -31,6 +32,7 @@ pub use hierarchy::{Hierarchy, Parents, coarse_grid, shares};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use numbering::Numbering;
+pub use origin::Origin;
 pub use pins::PinGroup;
 pub use rates::Rates;
 pub use springs::{SpringKind, Springs};
@@ -45,6 +47,8 @@ use crate::scene::Solver;
 pub struct Model {
     /// Where each cloth's particles are, in the scene's order.
     pub cloths: Vec<ClothRange>,
+    /// Where the coordinates of each cloth begin.
+    pub origins: Vec<Origin>,
     /// Which particle each of the user's vertices is.
     pub numbering: Arc<Numbering>,
     /// The particles of all cloths.
@@ -102,6 +106,12 @@ pub struct ClothRange {
     pub lattice: Option<usize>,
     /// Which of the model's hierarchies is its, if it has one.
     pub hierarchy: Option<usize>,
+    /// Which of the cloths it is.
+    pub index: usize,
+    /// Its strain limit [1].
+    pub strain_limit: f64,
+    /// How fast it can vibrate.
+    pub fastest: LevelRate,
     /// How fast each of its levels can vibrate, the finest first; none where masses are never scaled.
     pub rates: Vec<LevelRate>,
     /// The part of its free mass that its heaviest particle has beyond four times the mean [1].
@@ -109,7 +119,7 @@ pub struct ClothRange {
 }
 
 /// How fast a level of a cloth can vibrate at most.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LevelRate {
     /// w^2 of springs and bending [1/s^2].
     pub frequency_squared: f64,
@@ -130,7 +140,7 @@ impl ClothRange {
 /// The particles of all cloths.
 #[derive(Debug, Clone, Default)]
 pub struct Particles {
-    /// Positions at the start, where all springs are at rest [m].
+    /// Positions at the start, from the origin of their cloth, where all springs are at rest [m].
     pub rest: Vectors,
     /// Mass [kg].
     pub mass: Vec<f32>,
@@ -195,6 +205,15 @@ pub struct Link {
 }
 
 impl Model {
+    /// The cloth that a particle belongs to.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    #[must_use]
+    pub fn cloth_of(&self, particle: usize) -> usize {
+        self.cloths.partition_point(|cloth| cloth.particles().end <= particle)
+    }
+
     /// The number of particles.
     #[must_use]
     pub fn particle_count(&self) -> usize {

@@ -2,6 +2,8 @@
 //!
 //! Meshes come numbered as the program that made them pleased. Their particles are numbered so that neighbours are near in memory.
 
+use glam::Vec3;
+
 use crate::geometry::{Pool, Vectors, for_each_chunk};
 
 use super::Adjacency;
@@ -56,18 +58,26 @@ impl Numbering {
         self.reordered(&self.particles, of_particles)
     }
 
-    /// Writes vectors of particles as rows, in the order of the vertices.
+    /// Writes what `row` makes of vectors of particles, in the order of the vertices, from the vertex `start` on.
     ///
     /// # Panics
     /// If there are fewer vertices than rows.
-    pub fn write_rows(&self, of_particles: &Vectors, rows: &mut [[f32; 3]], pool: &Pool) {
+    pub fn write_rows(
+        &self,
+        of_particles: &Vectors,
+        start: usize,
+        rows: &mut [[f32; 3]],
+        pool: &Pool,
+        row: impl Fn(Vec3) -> [f32; 3] + Sync,
+    ) {
         for_each_chunk(rows, pool, |first, rows| {
+            let first = start + first;
             if self.differs {
                 let particles = &self.particles[first..first + rows.len()];
-                rows.iter_mut().zip(particles).for_each(|(row, particle)| *row = of_particles.get(*particle as usize).to_array());
+                rows.iter_mut().zip(particles).for_each(|(to, particle)| *to = row(of_particles.get(*particle as usize)));
             } else {
                 let [x, y, z] = [&of_particles.x, &of_particles.y, &of_particles.z].map(|column| &column[first..][..rows.len()]);
-                rows.iter_mut().zip(x.iter().zip(y).zip(z)).for_each(|(row, ((x, y), z))| *row = [*x, *y, *z]);
+                rows.iter_mut().zip(x.iter().zip(y).zip(z)).for_each(|(to, ((x, y), z))| *to = row(Vec3::new(*x, *y, *z)));
             }
         });
     }

@@ -7,7 +7,9 @@ use super::SpringKind;
 /// One cloth's geometry in its rest shape; vertices in the user's order until they are renumbered.
 #[derive(Debug, Default)]
 pub(super) struct Part {
-    /// Rest positions [m].
+    /// Where the cloth's own coordinates begin [m].
+    pub origin: DVec3,
+    /// Rest positions from there [m].
     pub points: Vec<DVec3>,
     /// Triangles, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
@@ -52,6 +54,20 @@ pub(super) struct SpringSeed {
 }
 
 impl Part {
+    /// Where the points are in the world [m].
+    pub fn places(&self) -> impl Iterator<Item = DVec3> {
+        self.points.iter().map(|&point| self.origin + point)
+    }
+
+    /// Has coordinates begin at another place [m]; the points stay where they are.
+    pub fn begin_at(&mut self, origin: DVec3) {
+        let way = self.origin - origin;
+        if way != DVec3::ZERO {
+            self.points.iter_mut().for_each(|point| *point += way);
+        }
+        self.origin = origin;
+    }
+
     /// Distance between two points at rest [m].
     pub fn rest_length(&self, ends: [u32; 2]) -> f64 {
         self.points[ends[0] as usize].distance(self.points[ends[1] as usize])

@@ -9,9 +9,11 @@ use crate::scene::{Cloth, SceneError};
 /// Particles that move together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PinGroup {
+    /// The cloth that they belong to.
+    pub cloth: usize,
     /// The particles.
     pub particles: Vec<u32>,
-    /// Where they are at the start [m].
+    /// Where they are at the start, from the origin that their cloth has then [m].
     pub start: Vec<DVec3>,
 }
 
@@ -44,7 +46,7 @@ pub(super) fn build(
         }
         let start = particles.iter().map(|&vertex| part.points[vertex as usize]).collect();
         particles.iter_mut().for_each(|particle| *particle += first);
-        groups.push(PinGroup { particles, start });
+        groups.push(PinGroup { cloth: 0, particles, start });
     }
     Ok(groups)
 }

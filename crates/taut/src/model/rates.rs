@@ -4,7 +4,7 @@
 //! can take: w^2 and g are at most the largest d_u/m_u + d_v/m_v over the springs uv, d being the sum of the constants at a
 //! particle (docs/equations.md, "Step").
 
-use super::{Bending, Particles, Springs};
+use super::{Bending, ClothRange, LevelRate, Particles, Springs};
 
 /// The fastest rates in a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,19 +30,16 @@ pub struct Rates {
 impl Rates {
     /// Of springs, bending and dampers; see the fields for `still_air` and `wind`.
     pub(super) fn new(particles: &Particles, springs: &Springs, bending: &Bending, still_air: f64, wind: [f64; 2]) -> Self {
-        let largest = |constants: &[f32]| largest_rate(particles, springs, constants);
-        // A spring with a curve has a steepest slope and no k_s.
-        let with_curves =
-            |constants: &[f32]| constants.iter().zip(&springs.steepest).map(|(k, slope)| k + slope).collect::<Vec<f32>>();
-        let forces = with_curves(&springs.force_stiffness);
+        let largest = |constants: &[f32]| largest_rates(particles, springs, constants).map(|(_, rate)| rate).fold(0.0, f64::max);
+        let forces = with_curves(springs, &springs.force_stiffness);
         let acting = forces.iter().zip(&springs.damping).filter(|(stiffness, _)| **stiffness > 0.0);
         let ratios = acting.map(|(&stiffness, &damping)| f64::from(damping) / f64::from(stiffness));
         let free = particles.air_drag.iter().zip(&particles.inverse_mass).filter(|(_, weight)| **weight > 0.0);
         // The largest eigenvalue of a sum is at most the sum of the largest ones.
-        let bends = bending.largest_rate(particles);
+        let bends = bending.largest_rate(particles, 0..particles.mass.len()) + bending.curved.largest_rate();
         Self {
             frequency_squared: largest(&forces) + bends,
-            resolved: largest(&with_curves(&springs.stiffness)) + bends,
+            resolved: largest(&with_curves(springs, &springs.stiffness)) + bends,
             bending: bends,
             damping: largest(&springs.damping),
             still_air,
@@ -59,19 +56,48 @@ fn finite_least(numbers: impl Iterator<Item = f64>) -> f64 {
     if least.is_finite() { least } else { 0.0 }
 }
 
-fn largest_rate(particles: &Particles, springs: &Springs, constants: &[f32]) -> f64 {
+/// How fast each cloth can vibrate, and the w^2 of its bending alone [1/s^2].
+pub(super) fn of_cloths(
+    cloths: &[ClothRange],
+    particles: &Particles,
+    springs: &Springs,
+    bending: &Bending,
+) -> Vec<(LevelRate, f64)> {
+    let largest = |constants: &[f32]| {
+        let mut rates = vec![0.0_f64; cloths.len()];
+        for (particle, rate) in largest_rates(particles, springs, constants) {
+            let cloth = cloths.partition_point(|cloth| cloth.particles().end <= particle as usize);
+            rates[cloth] = rates[cloth].max(rate);
+        }
+        rates
+    };
+    let (forces, dampers) = (largest(&with_curves(springs, &springs.force_stiffness)), largest(&springs.damping));
+    let of_cloth = |(cloth, (frequency_squared, damping)): (&ClothRange, (f64, f64))| {
+        let curved = if cloth.curvatures.is_empty() { 0.0 } else { bending.curved.largest_rate() };
+        let bends = bending.largest_rate(particles, cloth.particles()) + curved;
+        (LevelRate { frequency_squared: frequency_squared + bends, damping, moving: 1.0 }, bends)
+    };
+    cloths.iter().zip(forces.into_iter().zip(dampers)).map(of_cloth).collect()
+}
+
+/// A spring with a curve has a steepest slope and no k_s.
+fn with_curves(springs: &Springs, constants: &[f32]) -> Vec<f32> {
+    constants.iter().zip(&springs.steepest).map(|(k, slope)| k + slope).collect()
+}
+
+/// An end of each spring and its rate.
+fn largest_rates<'a>(
+    particles: &'a Particles,
+    springs: &'a Springs,
+    constants: &'a [f32],
+) -> impl Iterator<Item = (u32, f64)> + use<'a> {
     let mut sums = vec![0.0_f64; particles.mass.len()];
     for (ends, &constant) in springs.ends.iter().zip(constants) {
         for &end in ends {
             sums[end as usize] += f64::from(constant);
         }
     }
-    let rate = |end: u32| sums[end as usize] * f64::from(particles.inverse_mass[end as usize]);
-    springs
-        .ends
-        .iter()
-        .zip(constants)
-        .filter(|(_, constant)| **constant > 0.0)
-        .map(|(&[u, v], _)| rate(u) + rate(v))
-        .fold(0.0, f64::max)
+    let rate = move |end: u32| sums[end as usize] * f64::from(particles.inverse_mass[end as usize]);
+    let acting = springs.ends.iter().zip(constants).filter(|(_, constant)| **constant > 0.0);
+    acting.map(move |(&[u, v], _)| (u, rate(u) + rate(v)))
 }

@@ -35,7 +35,8 @@ pub(super) fn choose(
         (Selector::Box([low, high]), _) => {
             let (low, high) = (DVec3::from_array(low), DVec3::from_array(high));
             let inside = |point: &DVec3| point.cmpge(low).all() && point.cmple(high).all();
-            let vertices: Vec<u32> = (0..).zip(&part.points).filter(|(_, point)| inside(point)).map(|(index, _)| index).collect();
+            let vertices: Vec<u32> =
+                (0..).zip(part.places()).filter(|(_, place)| inside(place)).map(|(index, _)| index).collect();
             if vertices.is_empty() {
                 let (from, to) = extent(part);
                 let problem = format!("holds no vertex; the cloth spans {from:.3} to {to:.3} m");
@@ -45,7 +46,7 @@ pub(super) fn choose(
         }
         (Selector::Nearest(target), _) => {
             let target = DVec3::from_array(target);
-            let distances = part.points.iter().map(|point| point.distance_squared(target));
+            let distances = part.places().map(|place| place.distance_squared(target));
             let nearest = (0..).zip(distances).min_by(|a, b| a.1.total_cmp(&b.1));
             let (vertex, square) = nearest.ok_or_else(|| SceneError::at(at, "the cloth has no vertex"))?;
             let (from, to) = extent(part);
@@ -60,5 +61,5 @@ pub(super) fn choose(
 /// Lowest and highest corner of the box around a part [m].
 fn extent(part: &Part) -> (DVec3, DVec3) {
     let nowhere = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    part.points.iter().fold(nowhere, |(low, high), &point| (low.min(point), high.max(point)))
+    part.places().fold(nowhere, |(low, high), place| (low.min(place), high.max(place)))
 }

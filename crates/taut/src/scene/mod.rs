@@ -24,6 +24,7 @@ pub use error::SceneError;
 pub use fabric::{Fabric, Material};
 pub use selection::{Corner, Edge, Keyframe, Pin, Selector, Weight};
 pub use solver::{FilterKind, IntegratorKind, Solver, Substeps};
+pub(crate) use validate::FARTHEST;
 pub use wind::{Flow, FlowElement, FlowKind, Gust, Wind, WindLaw, WindModel};
 
 /// A scene: cloths, the air and gravity they live in, and how to simulate them.

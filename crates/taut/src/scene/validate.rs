@@ -7,8 +7,8 @@ use super::{
 
 type Check = Result<(), SceneError>;
 
-/// Coordinates and lengths beyond this [m] leave `f32` positions no useful resolution.
-const FARTHEST: f64 = 1e5;
+/// Coordinates and lengths beyond this [m] are mistakes.
+pub const FARTHEST: f64 = 1e5;
 /// More vertices than this in one grid would not fit the memory of an ordinary machine.
 const MOST_VERTICES: u64 = 16_000_000;
 /// Vortices and sources thinner than this [m] would be faster than sound long before they are felt.

@@ -2,6 +2,7 @@
 
 use super::parts::{Plan, SAFETY, is_divided, scaled, spring_steps};
 use super::stability::{self, GROWTH_TIME, of_euler};
+use crate::geometry::{cbrt, power};
 use crate::inputs::Inputs;
 use crate::model::{ClothRange, Model, Rates};
 use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
@@ -24,11 +25,14 @@ const PARTS: f64 = 11.0;
 /// .. is at most this [1]; the wider it is, the more the springs bear themselves.
 const TIGHT: f64 = 0.05;
 
+/// So many times as many steps as without one of the cloths are worth a word [1].
+const MUCH: f64 = 4.0;
+
 /// More steps a frame than this are a mistake in the scene.
 const MOST_STEPS: f64 = 100_000.0;
 
 /// The steps of a scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
     /// Steps per frame.
     pub substeps: u32,
@@ -36,8 +40,10 @@ pub struct Schedule {
     pub step_length: f64,
     /// Largest stable step under what the scene begins with [s]; infinite if nothing acts.
     pub bound: f64,
-    /// What "auto" would take if springs took parts of it and no cloth were weighted at a point [s].
-    unhurried: f64,
+    /// What "auto" would take for each cloth alone if springs took parts of it and it were not weighted at a point [s].
+    unhurried: Vec<f64>,
+    /// What is to be said if one cloth makes the steps of all much shorter.
+    culprit: Option<String>,
 }
 
 impl Schedule {
@@ -50,12 +56,21 @@ impl Schedule {
         let bound = bound(model, inputs);
         let divided = is_divided(&scene.solver);
         let frame = 1.0 / scene.fps;
-        let longest =
-            if divided { longest_divided(scene, rates, cloths, bound) } else { longest_whole(scene, rates, inputs, bound) };
         // A frame that is a whole number of longest steps but for rounding needs no further one.
         let steps = |longest: f64| (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
-        let unhurried = if divided { frame / steps(longest) } else { longest_scaled(scene) };
-        let enough = steps(if divided { longest / hurry(cloths) } else { longest });
+        let [wanted, least] = wanted(cloths, bound);
+        let unhurried = cloths.iter().map(|cloth| {
+            if divided { frame / steps(longest_divided(cloth, PARTS, bound)) } else { longest_scaled(cloth.strain_limit) }
+        });
+        let longest = if divided {
+            // Nothing else bounds a scene of no cloths.
+            wanted.iter().copied().fold(LONGEST, f64::min)
+        } else {
+            longest_whole(scene, rates, inputs, bound)
+        };
+        let enough = steps(longest);
+        let culprit = Some(()).filter(|()| divided && scene.solver.substeps == Substeps::Auto);
+        let culprit = culprit.and_then(|()| culprit_of(cloths, &least, frame));
         let substeps = match scene.solver.substeps {
             Substeps::Auto if enough > MOST_STEPS => {
                 let problem = format!(
@@ -82,19 +97,24 @@ impl Schedule {
         };
         let step_length = frame / f64::from(substeps);
         if divided {
-            let (parts, _) = spring_steps(step_length, rates);
-            if parts * f64::from(substeps) > MOST_STEPS {
-                let problem = format!("springs would need {parts} parts of each step; lower stiffness or bending");
-                return Err(SceneError::at("solver.substeps", problem));
+            for (index, cloth) in cloths.iter().enumerate() {
+                let (parts, _) = spring_steps(step_length, &cloth.fastest);
+                if parts * f64::from(substeps) > MOST_STEPS {
+                    let problem = format!(
+                        "springs of cloth[{index}] ({}) would need {parts} parts of each step; lower its stiffness or bending",
+                        cloth.name
+                    );
+                    return Err(SceneError::at("solver.substeps", problem));
+                }
             }
         }
-        Ok(Self { substeps, step_length, bound, unhurried })
+        Ok(Self { substeps, step_length, bound, unhurried: unhurried.collect(), culprit })
     }
 
     /// Plans a step of `length` seconds.
     #[must_use]
     pub fn plan(&self, model: &Model, length: f64) -> Plan {
-        Plan::new(model, length, length / self.unhurried)
+        Plan::new(model, length, &self.unhurried)
     }
 
     /// Checks the length of a step that nobody chose for the scene. Springs and dampers bound it, the air does not: what it does in
@@ -117,9 +137,12 @@ impl Schedule {
         if length > 0.0 && length.is_finite() && length <= bound { Ok(()) } else { Err(BadLength { length, bound }) }
     }
 
-    /// What is to be said about an integrator that lets vibrations grow; nothing about others.
-    #[must_use]
-    pub fn caution(&self, model: &Model) -> Option<String> {
+    /// What is to be said: one cloth makes the steps of all much shorter; the integrator lets vibrations grow.
+    pub fn cautions(&self, model: &Model) -> impl Iterator<Item = String> {
+        self.culprit.clone().into_iter().chain(self.caution(model))
+    }
+
+    fn caution(&self, model: &Model) -> Option<String> {
         let name = growing(model.solver.integrator)?;
         Some(format!(
             "solver.integrator = \"{name}\" lets every undamped vibration grow, however short the step; at its bound of {:.4} ms \
@@ -166,39 +189,66 @@ fn remedy(scene: &Scene) -> String {
     })
 }
 
-/// The tightest strain limit [1].
-fn tightest(scene: &Scene) -> f64 {
-    scene.cloth.iter().map(|cloth| cloth.material().strain_limit).fold(1.0, f64::min)
-}
-
 /// The longest step of "auto" where masses can be scaled and the air does not bound it [s].
-fn longest_scaled(scene: &Scene) -> f64 {
-    LONGEST * (tightest(scene) / ROOMY).cbrt().min(1.0)
+fn longest_scaled(limit: f64) -> f64 {
+    LONGEST * cbrt(limit / ROOMY).min(1.0)
 }
 
-/// The longest step of "auto" where it is divided further [s].
-fn longest_divided(scene: &Scene, rates: &Rates, cloths: &[ClothRange], bound: f64) -> f64 {
-    let limit = tightest(scene);
-    let scales = |step: f64| {
-        let (unscaled, _) = spring_steps(step, rates);
-        unscaled <= PARTS || scaled(step, unscaled, cloths).is_some()
+/// The steps that cloths want beside each other [s]. A cloth whose springs are stiff takes more parts rather than have others take more
+/// steps: nets that take hundreds of parts are as near the converged motion as in the steps they want alone
+/// (docs/decisions/README.md). And the steps that they could do with, however short the others want theirs.
+fn wanted(cloths: &[ClothRange], bound: f64) -> [Vec<f64>; 2] {
+    let with = |parts: f64| move |cloth: &ClothRange| longest_divided(cloth, parts, bound) / hurry(cloth);
+    let alone: Vec<f64> = cloths.iter().map(with(PARTS)).collect();
+    let least: Vec<f64> = cloths.iter().map(with(f64::INFINITY)).collect();
+    let beside = |index: usize| {
+        let others = (0..cloths.len()).filter(|other| *other != index).map(|other| alone[other]);
+        let shortest = others.fold(f64::INFINITY, f64::min);
+        if shortest.is_finite() { alone[index].max(least[index].min(shortest)) } else { alone[index] }
     };
-    let with_scaling = longest_scaled(scene).min(SAFETY * bound);
-    let longest = if cloths.iter().all(|cloth| !cloth.rates.is_empty()) && scales(with_scaling) {
+    [(0..cloths.len()).map(beside).collect(), least]
+}
+
+/// The longest step of "auto" for a cloth where it is divided further, into so many parts at most [s].
+fn longest_divided(cloth: &ClothRange, parts: f64, bound: f64) -> f64 {
+    let limit = cloth.strain_limit;
+    let scales = |step: f64| {
+        let (unscaled, _) = spring_steps(step, &cloth.fastest);
+        unscaled <= parts || scaled(step, unscaled, cloth).is_some()
+    };
+    let with_scaling = longest_scaled(limit).min(SAFETY * bound);
+    let longest = if !cloth.rates.is_empty() && scales(with_scaling) {
         with_scaling
     } else {
-        let spring_step = SAFETY * of_euler(rates.frequency_squared, 0.0);
-        let parts = PARTS * (limit / TIGHT).max(1.0).powi(2);
+        let spring_step = SAFETY * of_euler(cloth.fastest.frequency_squared, 0.0);
+        let parts = parts * power((limit / TIGHT).max(1.0), 2);
         let by_limit = (LONGEST_UNSCALED * (limit / ROOMY_UNSCALED).sqrt()).min(parts * spring_step);
         LONGEST_UNSCALED.min(by_limit.max(spring_step))
     };
     longest.min(SAFETY * bound)
 }
 
-/// How many times as many steps cloths take that are weighted at a point.
-fn hurry(cloths: &[ClothRange]) -> f64 {
-    let scaled = cloths.iter().filter(|cloth| !cloth.rates.is_empty());
-    (1.0 + HURRY * scaled.map(|cloth| cloth.heaviest).fold(0.0, f64::max)).round()
+/// How many times as many steps a cloth takes that is weighted at a point.
+fn hurry(cloth: &ClothRange) -> f64 {
+    if cloth.rates.is_empty() { 1.0 } else { (1.0 + HURRY * cloth.heaviest).round() }
+}
+
+/// What is to be said where the step of one cloth is much shorter than those that others want: all take it.
+fn culprit_of(cloths: &[ClothRange], wanted: &[f64], frame: f64) -> Option<String> {
+    let (index, shortest) = wanted.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let others = wanted.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, step)| *step);
+    let second = others.fold(f64::INFINITY, f64::min);
+    let steps = |step: f64| (frame / step * (1.0 - 1e-9)).ceil().max(1.0);
+    // Of a single cloth there are no others.
+    (second.is_finite() && steps(shortest) > MUCH * steps(second)).then(|| {
+        format!(
+            "scene.cloth[{index}] ({}) needs {} steps a frame, the others {}, and all cloths take the same: widen its strain_limit, spread \
+             its weights or simulate it apart",
+            cloths[index].name,
+            steps(shortest),
+            steps(second)
+        )
+    })
 }
 
 /// The longest step of "auto" that all forces take whole [s].

@@ -5,7 +5,7 @@ mod parts;
 mod stability;
 
 pub use choice::{BadLength, Schedule};
-pub use parts::{Plan, ScaledTiming};
+pub use parts::{ClothPlan, Plan, ScaledTiming};
 
 use crate::inputs::Inputs;
 use crate::model::Model;

@@ -1,7 +1,8 @@
 //! A step of some length, planned: parts of the springs, stages of the dampers.
 
 use super::stability::of_euler;
-use crate::model::{ClothRange, LevelRate, Model, Rates, shares};
+use crate::geometry::power;
+use crate::model::{ClothRange, LevelRate, Model, shares};
 use crate::scene::{FilterKind, IntegratorKind, Solver};
 
 /// Part of the bound that plans use: compression turns springs soft, impulses of a filter do not count.
@@ -23,11 +24,18 @@ const WORTH: f64 = 2.0;
 const CALM: f64 = 1.2;
 
 /// A step of some length.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Plan {
     /// h [s].
     pub length: f64,
-    /// The same as a part of the step that "auto" takes if no cloth is weighted at a point [1].
+    /// How each cloth takes it.
+    pub cloths: Vec<ClothPlan>,
+}
+
+/// How a cloth takes a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ClothPlan {
+    /// The step as a part of the one that "auto" would take for this cloth alone if it were not weighted at a point [1].
     pub relative: f64,
     /// Equal parts of the step in which springs are followed before the filter looks at where they lead.
     pub spring_steps: u32,
@@ -35,7 +43,7 @@ pub struct Plan {
     pub springs_ahead: f64,
     /// Stages of the damping of the step.
     pub damping_stages: u32,
-    /// How grids and meshes take the step, if with scaled masses.
+    /// How it takes the step, if with scaled masses.
     pub scaled: Option<ScaledTiming>,
 }
 
@@ -55,30 +63,41 @@ pub struct ScaledTiming {
 impl Plan {
     /// A step of `length` seconds. Most filters look at every step of the springs. The coarse-to-fine filter takes longer steps of
     /// the Euler method, within which springs and dampers go their own, shorter ones.
-    pub(super) fn new(model: &Model, length: f64, relative: f64) -> Self {
-        let rates = &model.rates;
-        if !is_divided(&model.solver) {
-            let damping_stages = u32::from(rates.damping > 0.0);
-            return Self { length, relative, spring_steps: 1, damping_stages, ..Self::default() };
-        }
-        let (spring_steps, springs_ahead) = spring_steps(length, rates);
-        let rate = length * rates.damping / SAFETY;
+    pub(super) fn new(model: &Model, length: f64, unhurried: &[f64]) -> Self {
+        let divided = is_divided(&model.solver);
+        let of_cloth = |(cloth, unhurried): (&ClothRange, &f64)| {
+            let relative = length / unhurried;
+            if divided {
+                ClothPlan { relative, ..ClothPlan::divided(cloth, length) }
+            } else {
+                let damping_stages = u32::from(model.rates.damping > 0.0);
+                ClothPlan { relative, spring_steps: 1, damping_stages, ..ClothPlan::default() }
+            }
+        };
+        Self { length, cloths: model.cloths.iter().zip(unhurried).map(of_cloth).collect() }
+    }
+
+    /// How a cloth takes the step.
+    #[must_use]
+    pub fn of(&self, cloth: &ClothRange) -> &ClothPlan {
+        &self.cloths[cloth.index]
+    }
+}
+
+impl ClothPlan {
+    fn divided(cloth: &ClothRange, length: f64) -> Self {
+        let (spring_steps, springs_ahead) = spring_steps(length, &cloth.fastest);
+        let rate = length * cloth.fastest.damping / SAFETY;
         // s stages are stable up to h g = s^2 + s.
         let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
-        let scaled = scaled(length, spring_steps, &model.cloths);
-        Self { length, relative, spring_steps: spring_steps as u32, springs_ahead, damping_stages, scaled }
+        let scaled = scaled(length, spring_steps, cloth);
+        Self { relative: 1.0, spring_steps: spring_steps as u32, springs_ahead, damping_stages, scaled }
     }
 
-    /// Whether a cloth takes the step with scaled masses.
+    /// The parts in which springs take the cloth through the step.
     #[must_use]
-    pub fn scaled(&self, cloth: &ClothRange) -> Option<&ScaledTiming> {
-        self.scaled.as_ref().filter(|_| !cloth.rates.is_empty())
-    }
-
-    /// The parts in which springs take a cloth through the step.
-    #[must_use]
-    pub fn parts(&self, cloth: &ClothRange) -> u32 {
-        self.scaled(cloth).map_or(self.spring_steps, |scaled| scaled.parts)
+    pub fn parts(&self) -> u32 {
+        self.scaled.map_or(self.spring_steps, |scaled| scaled.parts)
     }
 }
 
@@ -88,7 +107,7 @@ pub(super) fn is_divided(solver: &Solver) -> bool {
 }
 
 /// How many parts of a step springs take as they are, and how far ahead they look [s].
-pub(super) fn spring_steps(step_length: f64, rates: &Rates) -> (f64, f64) {
+pub(super) fn spring_steps(step_length: f64, rates: &LevelRate) -> (f64, f64) {
     let square = rates.frequency_squared;
     let undivided = step_length <= SAFETY * of_euler(square, 0.0);
     let ahead = if undivided || rates.damping * step_length >= CALM { 0.0 } else { CALM / step_length };
@@ -98,18 +117,15 @@ pub(super) fn spring_steps(step_length: f64, rates: &Rates) -> (f64, f64) {
 
 /// Parts of the springs with scaled masses: as few as vibrations that must be seen allow, those of the coarsest levels, whose
 /// masses are never scaled, and what is held; nothing if that is not much fewer than `unscaled` (docs/equations.md, "Scaled masses").
-pub(super) fn scaled(step_length: f64, unscaled: f64, cloths: &[ClothRange]) -> Option<ScaledTiming> {
-    let coarsest = |of: fn(&LevelRate) -> f64| cloths.iter().filter_map(|cloth| cloth.rates.last()).map(of).fold(0.0, f64::max);
-    let (slowest, damping) = (coarsest(|rate| rate.frequency_squared), coarsest(|rate| rate.damping));
+pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange) -> Option<ScaledTiming> {
+    let LevelRate { frequency_squared: slowest, damping, .. } = *cloth.rates.last()?;
     let mut parts = (step_length / SCALED_PART * (1.0 - 1e-9)).ceil().max(1.0);
     if bears(step_length, parts) < OVERLAP * slowest {
         // bears() solved for the parts.
-        let (a, b, c) = ((2.0 * SAFETY).powi(2), 2.0 * CALM, OVERLAP * slowest * step_length.powi(2));
+        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * CALM, OVERLAP * slowest * power(step_length, 2));
         parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
     }
-    while WORTH * parts <= unscaled
-        && cloths.iter().any(|cloth| moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < SETS_OUT)
-    {
+    while WORTH * parts <= unscaled && moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < SETS_OUT {
         parts = (1.25 * parts).ceil();
     }
     let frequency_squared = bears(step_length, parts);
@@ -131,7 +147,7 @@ fn moved_by_even_load(cloth: &ClothRange, borne: f64) -> f64 {
 /// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = calm / H.
 fn bears(step_length: f64, parts: f64) -> f64 {
     let part = step_length / parts;
-    ((2.0 * SAFETY).powi(2) - 2.0 * part * calm(parts) / step_length) / part.powi(2)
+    (power(2.0 * SAFETY, 2) - 2.0 * part * calm(parts) / step_length) / power(part, 2)
 }
 
 /// In a single part no vibration is faster than the step.

@@ -1,5 +1,6 @@
 //! The longest stable step of each integrator (docs/methods/integrators.md, "Step"), for vibrations x'' = -w^2 x - g x'.
 
+use crate::geometry::cbrt;
 use crate::model::Rates;
 use crate::scene::{FilterKind, IntegratorKind, Solver};
 
@@ -28,7 +29,7 @@ pub(super) fn bound(solver: &Solver, rates: &Rates, drag: f64) -> f64 {
         // |1 + z + z^2 / 2| <= exp(h / T) if h^3 w^4 <= 4 g + 8 / T, h g <= 2 and h w <= 1.4.
         IntegratorKind::Midpoint => {
             let least = rates.least_damping * square + rates.least_drag;
-            ((4.0 * least + 8.0 / GROWTH_TIME) / (square * square)).cbrt().min(2.0 / rate).min(1.4 / frequency)
+            cbrt((4.0 * least + 8.0 / GROWTH_TIME) / (square * square)).min(2.0 / rate).min(1.4 / frequency)
         }
         // The region of stability holds the left half of a disc of radius 2.61, and 2.82 of the imaginary axis.
         IntegratorKind::Rk4 => {

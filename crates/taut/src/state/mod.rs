@@ -3,6 +3,7 @@
 mod clock;
 mod snapshot;
 mod stretch;
+mod world;
 
 use glam::{DVec3, Vec3};
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
@@ -17,7 +18,9 @@ use crate::model::{Model, Numbering};
 /// Positions, velocities and time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct State {
-    /// X [m].
+    /// Where the coordinates of each cloth begin now [m].
+    pub origins: Vec<DVec3>,
+    /// X, from the origin of its cloth [m].
     pub positions: Vectors,
     /// V [m/s].
     pub velocities: Vectors,
@@ -75,7 +78,9 @@ impl Past {
 /// Positions and velocities at one moment, as forces see them; those of a state, or of a stage within a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<'a> {
-    /// X [m].
+    /// Where the coordinates of each cloth begin [m].
+    pub origins: &'a [DVec3],
+    /// X, from there [m].
     pub positions: &'a Vectors,
     /// V [m/s].
     pub velocities: &'a Vectors,
@@ -97,10 +102,12 @@ impl State {
         Self::at(model, model.particles.rest.clone(), Vectors::zeros(model.particle_count()), Clock::default())
     }
 
-    /// The model at some place; a two-step integrator starts anew.
+    /// The model at some places, from the origins that cloths have at the start; a two-step integrator starts anew.
     #[must_use]
     pub fn at(model: &Model, positions: Vectors, velocities: Vectors, clock: Clock) -> Self {
-        Self { positions, velocities, clock, past: Past::none(model), offsets: vec![Offset::default(); model.pins.len()] }
+        let origins = model.origins.iter().map(|origin| origin.at).collect();
+        let offsets = vec![Offset::default(); model.pins.len()];
+        Self { origins, positions, velocities, clock, past: Past::none(model), offsets }
     }
 
     /// Time since the start [s].
@@ -112,11 +119,12 @@ impl State {
     /// Where it is now.
     #[must_use]
     pub fn moment(&self) -> Moment<'_> {
-        Moment { positions: &self.positions, velocities: &self.velocities, time: self.time() }
+        Moment { origins: &self.origins, positions: &self.positions, velocities: &self.velocities, time: self.time() }
     }
 
     /// Makes this a copy of `other`, a state of the same model.
     pub fn copy_from(&mut self, other: &Self, pool: &Pool) {
+        self.origins.clone_from(&other.origins);
         self.positions.copy_on(&other.positions, pool);
         self.velocities.copy_on(&other.velocities, pool);
         self.past.displacements.copy_on(&other.past.displacements, pool);
@@ -141,24 +149,26 @@ impl State {
     fn reordered(&self, order: impl Fn(&Vectors) -> Vectors) -> Self {
         let Past { displacements, gains, length } = &self.past;
         let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
-        let (clock, offsets) = (self.clock, self.offsets.clone());
-        Self { positions: order(&self.positions), velocities: order(&self.velocities), clock, past, offsets }
+        let (positions, velocities) = (order(&self.positions), order(&self.velocities));
+        let (origins, offsets) = (self.origins.clone(), self.offsets.clone());
+        Self { origins, positions, velocities, clock: self.clock, past, offsets }
     }
 
-    /// XXH3 hash of all positions, then all velocities and then the past, if any, each as x, y, z in little-endian `f32`; offsets that
-    /// pins have count as well.
+    /// XXH3 hash of all local positions, then all velocities and then the past, if any, each as x, y, z in little-endian `f32`, and
+    /// of the origins; see [`hash_of`]. Offsets that pins have count as well.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let past = self.past.displacements.iter().chain(self.past.gains.iter());
-        let hash = hash_vectors(self.positions.iter().chain(self.velocities.iter()).chain(past));
+        let hash = hash_of(self.positions.iter().chain(self.velocities.iter()).chain(past), &self.origins);
         let moved = self.offsets.iter().filter(|offset| **offset != Offset::default());
         moved.flat_map(Offset::numbers).fold(hash, |hash, number| hash.rotate_left(17) ^ xxh3_64(&number.to_le_bytes()))
     }
 }
 
-/// XXH3 hash of vectors as x, y, z in little-endian `f32`.
+/// XXH3 hash of vectors as x, y, z in little-endian `f32`, then of all origins as x, y, z in little-endian `f64`, unless every one of
+/// them is that of the world.
 #[must_use]
-pub fn hash_vectors(vectors: impl Iterator<Item = Vec3>) -> u64 {
+pub fn hash_of(vectors: impl Iterator<Item = Vec3>, origins: &[DVec3]) -> u64 {
     let mut hash = Xxh3::new();
     for vector in vectors {
         let mut bytes = [0; 12];
@@ -166,6 +176,9 @@ pub fn hash_vectors(vectors: impl Iterator<Item = Vec3>) -> u64 {
             place.copy_from_slice(&part.to_le_bytes());
         }
         hash.update(&bytes);
+    }
+    if origins.iter().any(|origin| *origin != DVec3::ZERO) {
+        origins.iter().flat_map(|origin| origin.to_array()).for_each(|part| hash.update(&part.to_le_bytes()));
     }
     hash.digest()
 }

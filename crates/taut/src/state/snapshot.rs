@@ -1,6 +1,6 @@
 //! A state, and what a user holds, as bytes, and back.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::{Clock, Offset, Past, State};
@@ -9,14 +9,14 @@ use crate::inputs::{Grips, Target};
 use crate::model::Model;
 
 /// First bytes of every snapshot; the last one is the version of the layout.
-const MAGIC: [u8; 8] = *b"TAUTSNP2";
+const MAGIC: [u8; 8] = *b"TAUTSNP4";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not ours at all.
-    #[error("these bytes are not a taut snapshot (version 2)")]
+    #[error("these bytes are not a taut snapshot (version 4)")]
     NotASnapshot,
     /// Cut short or altered.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -27,8 +27,8 @@ pub enum SnapshotError {
 }
 
 impl State {
-    /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, the coordinate arrays of
-    /// positions, velocities and the past, if any, offsets of pins, held particles, hands, moved pins, XXH3 of all these.
+    /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
+    /// arrays of positions, velocities and the past, if any, offsets of pins, held particles, hands, moved pins, XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(128 + 24 * self.positions.len() + 24 * self.past.gains.len());
@@ -36,6 +36,7 @@ impl State {
         let Clock { steps, start, run, length } = self.clock;
         let numbers = [model.fingerprint, steps, start.to_bits(), run, length.to_bits(), self.past.length.to_bits()];
         bytes.extend(numbers.into_iter().flat_map(u64::to_le_bytes));
+        bytes.extend(self.origins.iter().flat_map(|origin| origin.to_array()).flat_map(f64::to_le_bytes));
         let all = [&self.positions, &self.velocities, &self.past.displacements, &self.past.gains];
         for column in all.into_iter().flat_map(|vectors| [&vectors.x, &vectors.y, &vectors.z]) {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
@@ -44,13 +45,13 @@ impl State {
         bytes.extend((grips.particles().len() as u64).to_le_bytes());
         for (particle, Target { place, arrival }) in grips.held() {
             bytes.extend(particle.to_le_bytes());
-            bytes.extend(place.to_array().into_iter().flat_map(f32::to_le_bytes));
-            bytes.extend(arrival.to_le_bytes());
+            bytes.extend(place.to_array().into_iter().chain([arrival]).flat_map(f64::to_le_bytes));
         }
         bytes.extend((grips.leads().len() as u64).to_le_bytes());
         for lead in grips.leads() {
             bytes.extend(lead.particle.to_le_bytes());
-            bytes.extend(lead.target.to_array().into_iter().chain([lead.speed]).flat_map(f32::to_le_bytes));
+            bytes.extend(lead.target.to_array().into_iter().flat_map(f64::to_le_bytes));
+            bytes.extend(lead.speed.to_le_bytes());
         }
         bytes.extend((grips.shifts().len() as u64).to_le_bytes());
         for shift in grips.shifts() {
@@ -90,20 +91,22 @@ impl Reader<'_> {
         let clock = Clock { steps: self.whole()?, start: self.real()?, run: self.whole()?, length: self.real()? };
         let length = self.real()?;
         let (count, of_past) = (model.particle_count(), Past::none(model).gains.len());
+        let origins = model.cloths.iter().map(|_| self.place()).collect::<Option<_>>()?;
         let (positions, velocities) = (self.vectors(count)?, self.vectors(count)?);
         let past = Past { displacements: self.vectors(of_past)?, gains: self.vectors(of_past)?, length };
-        let mut state = State { positions, velocities, past, ..State::at(model, Vectors::default(), Vectors::default(), clock) };
+        let mut state =
+            State { origins, positions, velocities, past, ..State::at(model, Vectors::default(), Vectors::default(), clock) };
         for offset in &mut state.offsets {
             *offset = Offset { now: self.place()?, target: self.place()?, pace: self.real()? };
         }
         let mut grips = Grips::default();
         for _ in 0..self.whole()? {
             let particle = self.particle(count)?;
-            grips.hold(particle, Target { place: self.single_place()?, arrival: self.real()? });
+            grips.hold(particle, Target { place: self.place()?, arrival: self.real()? });
         }
         for _ in 0..self.whole()? {
             let particle = self.particle(count)?;
-            grips.lead(particle, self.single_place()?, self.single()?);
+            grips.lead(particle, self.place()?, self.single()?);
         }
         for _ in 0..self.whole()? {
             let group = usize::try_from(self.whole()?).ok().filter(|group| *group < model.pins.len())?;
@@ -136,10 +139,6 @@ impl Reader<'_> {
 
     fn place(&mut self) -> Option<DVec3> {
         Some(DVec3::new(self.real()?, self.real()?, self.real()?))
-    }
-
-    fn single_place(&mut self) -> Option<Vec3> {
-        Some(Vec3::new(self.single()?, self.single()?, self.single()?))
     }
 
     fn vectors(&mut self, count: usize) -> Option<Vectors> {

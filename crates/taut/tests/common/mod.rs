@@ -1,6 +1,8 @@
 //! Scenes in a few words, for all tests.
 #![allow(dead_code, missing_docs)]
 
+pub mod goldens;
+
 use std::collections::BTreeMap;
 use std::ops::Deref;
 
@@ -77,7 +79,7 @@ impl Simulation {
         Self::with_threads(model, 1)
     }
 
-    fn with_threads(model: Built, threads: usize) -> Self {
+    pub fn with_threads(model: Built, threads: usize) -> Self {
         let state = State::new(&model);
         let work = Work::new(&model, &model.schedule, threads);
         Self { inputs: model.inputs.clone(), model, state, work }

@@ -37,7 +37,8 @@ impl Sweeps {
 impl StrainLimit for Sweeps {
     fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
         let (model, step) = (stride.model, stride.plan.length as f32);
-        let allowed = (1.0 + model.solver.tolerance as f32).powi(2);
+        let longest = 1.0 + model.solver.tolerance as f32;
+        let allowed = longest * longest;
         let mut limited = Limited::default();
         while limited.sweeps < model.solver.iterations() {
             let local = model.solver.local_correction && limited.sweeps > 0;

@@ -4,7 +4,7 @@ use glam::Vec4;
 use pulp::Simd;
 
 use super::row::Three;
-use crate::geometry::reciprocal_sqrts;
+use crate::geometry::{reciprocal_sqrts, roots};
 use crate::model::SpringRun;
 
 /// What an end of a spring feels, from the difference `other - own` of a field.
@@ -57,7 +57,7 @@ impl Law for Hooke {
 
     #[inline(always)]
     fn factor_of_four(self, [x, y, z]: Three<Vec4>, [stiffness, stiffness_rest]: [Vec4; 2]) -> Vec4 {
-        let length = (x * x + y * y + z * z).map(f32::sqrt);
+        let length = roots(x * x + y * y + z * z);
         // The floor keeps two particles at the same place from dividing by zero.
         stiffness - stiffness_rest / length.max(Vec4::splat(1e-30))
     }

@@ -10,7 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::Impulse;
 use super::law::Law;
-use crate::geometry::{CHUNK, Pool, by_axis, by_vector, fill_quads};
+use crate::geometry::{CHUNK, Pool, by_vector, differences, fill_quads};
 use crate::model::{ClothRange, Link, Model, SpringRun};
 
 /// Forces on a particle are added one after the other, so springs of the same particle should not come in a row: within so many.
@@ -117,11 +117,10 @@ impl<L: Law> WithSimd for AddUp<'_, L> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { law, field, fours, sums } = self;
         sums.fill(Vec4::ZERO);
-        for Four { ends: [a, b], sums: [to_a, to_b], constants } in fours {
-            let between = |lane: usize| field[b[lane] as usize] - field[a[lane] as usize];
-            let difference = by_axis([0, 1, 2, 3].map(between));
-            let factor = law.factor_of_four(difference, *constants);
-            let forces = by_vector(difference.map(|component| component * factor));
+        for Four { ends, sums: [to_a, to_b], constants } in fours {
+            let [x, y, z] = differences(field, ends);
+            let factor = law.factor_of_four([x, y, z], *constants);
+            let forces = by_vector([x * factor, y * factor, z * factor]);
             for ((a, b), force) in to_a.iter().zip(to_b).zip(forces) {
                 sums[*a as usize] += force;
                 sums[*b as usize] -= force;

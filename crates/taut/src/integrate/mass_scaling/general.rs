@@ -134,7 +134,7 @@ impl Level {
     #[inline(always)]
     fn prolonged(&self, place: usize) -> Vec4 {
         let Parents { places, parts } = &self.parents[place];
-        let [a, b, c] = places.map(|above| self.field[above as usize]);
-        a * parts[0] + b * parts[1] + c * parts[2]
+        let ([a, b, c], field) = (places, &self.field);
+        field[*a as usize] * parts[0] + field[*b as usize] * parts[1] + field[*c as usize] * parts[2]
     }
 }

@@ -146,7 +146,7 @@ mod tests {
     /// A sheet of so many cells, if its masses are scaled.
     fn scaled(source: Source, cells: [u32; 2], pins: Value, stiffness: f64) -> Option<(Model, Plan, MassScaling)> {
         let (model, plan) = model(source, cells, pins, stiffness);
-        let scaling = MassScaling::new(&model, &model.cloths[0], plan.scaled(&model.cloths[0])?)?;
+        let scaling = MassScaling::new(&model, &model.cloths[0], plan.of(&model.cloths[0]).scaled.as_ref()?)?;
         Some((model, plan, scaling))
     }
 
@@ -244,7 +244,7 @@ mod tests {
             for source in [Source::Grid, Source::Mesh] {
                 let Some((model, plan, mut scaling)) = scaled(source, cells, pins.clone(), stiffness) else { continue };
                 found += 1;
-                let timing = plan.scaled.expect("masses are scaled");
+                let timing = plan.cloths[0].scaled.expect("masses are scaled");
                 // The largest eigenvalue by power iteration on small displacements.
                 let (pool, mut forces, all) = (Pool::new(1), Forces::new(&model), 0..model.particle_count());
                 let mut mode = velocities(&model, 0.2);

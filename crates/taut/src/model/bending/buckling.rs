@@ -5,6 +5,8 @@
 //! distance is the force `f_b = 4 k_b / L^2 * u^2 / (cos u - sin(u) / u)`, which the polynomial below follows. It does not
 //! begin at zero: until an elastic spring of stiffness c_b pushes as much, the cloth is compressed and does not buckle.
 
+use crate::geometry::power;
+
 /// `u^2 / (cos u - sin(u) / u)` for the compression `t = 1 - sin(u) / u`, within 0.7 %: -3, then the powers of t.
 const CURVE: [f64; 6] = [-3.0, -2.335, 5.055, -24.640, 35.628, -20.509];
 /// The curve is nowhere steeper.
@@ -89,5 +91,5 @@ fn curve(t: f64) -> f64 {
 }
 
 fn integral(t: f64) -> f64 {
-    (0..).zip(CURVE).map(|(power, factor)| factor * t.powi(power + 1) / f64::from(power + 1)).sum()
+    (1..).zip(CURVE).map(|(exponent, factor)| factor * power(t, exponent) / f64::from(exponent)).sum()
 }

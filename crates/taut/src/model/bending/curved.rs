@@ -87,7 +87,7 @@ impl Curvatures {
     }
 
     /// w^2 at most [1/s^2]: of a plate that is everywhere as stiff as the curve where it is steepest.
-    pub(super) fn largest_rate(&self) -> f64 {
+    pub(in crate::model) fn largest_rate(&self) -> f64 {
         self.rate
     }
 }

@@ -10,7 +10,7 @@ use super::{Bond, Level, Parents};
 use crate::model::surface::{Search, Surface};
 
 /// A chosen particle stands for those nearer than this, in mean distances of neighbours.
-const REACH: f32 = 2.0;
+const REACH: f32 = 1.5;
 /// Coarse springs are at most so many times longer than a chosen particle reaches.
 const LONGEST: f32 = 2.6;
 /// Coarse springs that begin at a particle, the shortest first.

@@ -28,7 +28,7 @@ pub(super) fn rate(
     let (model, plan) = (stride.model, stride.plan);
     let step = plan.length as f32;
     let frame = match frame {
-        Some(frame) if plan.parts(cloth) > 1 => frame / step,
+        Some(frame) if plan.of(cloth).parts() > 1 => frame / step,
         _ => return 1.0 / step,
     };
     let columns = [

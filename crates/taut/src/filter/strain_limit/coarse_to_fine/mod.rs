@@ -6,18 +6,23 @@
 //! measures the very positions that will be written (docs/equations.md, "Coarse to fine").
 
 mod certificate;
+mod finish;
 mod general;
 mod impulse;
 mod lattice;
 mod motion;
+mod queue;
 
 use super::StrainLimit;
 use crate::filter::Limited;
+use glam::Vec3;
+
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::schedule::{Plan, Stride};
 use crate::state::{State, measure};
 use certificate::Certificate;
+use finish::Finish;
 use motion::Motion;
 
 /// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
@@ -35,21 +40,48 @@ const COARSEST_SWEEPS: usize = 3;
 const MOMENTUM: f32 = 0.85;
 /// Where more than these parts of the cloth are over the limit, one more cycle each is sure not to be the last, and not measured.
 const UNMEASURED: [f32; 2] = [0.25, 0.85];
+/// Where no more than this part of the springs is over the limit, they are put right one by one instead of by further cycles; but not
+/// before so many cycles: a cloth at rest would take one cycle now and three the next time, and each leaves it elsewhere.
+const FEW: f32 = 0.01;
+const AT_LEAST: u32 = 3;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 
-/// Levels of one cloth.
+/// What is left to do on the finest level.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Measure {
+    /// The largest |P_uv| / R.
+    worst: f32,
+    /// Springs longer than what is enough.
+    over: usize,
+}
+
+impl Measure {
+    /// What is left in two parts of a level together.
+    fn and(self, other: Self) -> Self {
+        Self { worst: if other.worst > self.worst { other.worst } else { self.worst }, over: self.over + other.over }
+    }
+}
+
+/// Levels of one cloth. Its particles are numbered from its first.
 trait Levels: Send {
     /// Takes a proposed step: where it begins and where it ends [m].
     fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool);
     /// One pass over all levels, from the coarsest to the finest, with a momentum that grows with the `cycles` since the last
-    /// one without. Returns the largest |P_uv| / R then, or nothing where that is not worth measuring; less than `enough` is not
-    /// worth further work.
-    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<f32>;
+    /// one without. Returns what is left then, or nothing where that is not worth measuring; springs that are no longer than `enough`
+    /// of R are not worth further work.
+    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<Measure>;
     /// How far below R springs of the finest level are aimed, as a part of R.
     fn back_off(&self) -> f32;
-    /// Gives particles back what was taken from their proposed displacements, as far as all their springs have room for it.
-    fn release(&mut self, pool: &Pool);
+    /// Calls `visit` with the ends of each spring of the finest level that is longer than `enough` of R, as far as the last measure
+    /// found them.
+    fn over(&self, enough: f32, visit: &mut dyn FnMut([usize; 2]));
+    /// From where one particle ends so far to where another does [m].
+    fn between(&self, from: usize, to: usize) -> Vec3;
+    /// Moves the end of a particle [m].
+    fn shift(&mut self, particle: usize, way: Vec3);
+    /// Takes the corrected ends for the displacements.
+    fn settle(&mut self, pool: &Pool);
     /// The displacements of all particles.
     fn motion(&mut self) -> Motion<'_>;
     /// Gives the corrected ends back, and what was added to them [m].
@@ -61,8 +93,11 @@ struct Unit {
     cloth: ClothRange,
     certificate: Certificate,
     levels: Box<dyn Levels>,
-    /// Part of R below which the levels are done: the ends of the step will be rounded once more.
-    enough: f32,
+    finish: Finish,
+    /// So few springs over their limit are put right one by one.
+    few: usize,
+    /// Length of its shortest spring [m].
+    shortest: f32,
     /// Workspace: what chunks of particles add to sums.
     energies: Vec<[f64; 1]>,
     products: Vec<[f64; 2]>,
@@ -91,6 +126,7 @@ impl StrainLimit for CoarseToFine {
             limited.sweeps += done.sweeps;
             limited.cuts += done.cuts;
             limited.held_back_pins += done.held_back_pins;
+            limited.lost_motion = limited.lost_motion.max(done.lost_motion);
         }
         limited
     }
@@ -107,11 +143,12 @@ impl Unit {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
             None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
-        let enough = 1.0 - rounding(model, cloth).max(2e-5).min(0.5 * levels.back_off());
         Some(Self {
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),
-            enough,
+            finish: Finish::new(model, cloth),
+            few: (FEW * cloth.springs.len() as f32) as usize,
+            shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
             energies: vec![[0.0]; levels.motion().weights.len().div_ceil(CHUNK)],
             products: vec![[0.0; 2]; cloth.count.div_ceil(CHUNK)],
             levels,
@@ -136,16 +173,24 @@ impl Unit {
         self.levels.load(&state.positions, ends, pool);
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
+        let enough = self.enough(&state.positions, pool);
         let mut since_restart = 0_u8;
-        while worst > self.enough && limited.sweeps < model.solver.iterations() {
-            let now = self.levels.cycle(since_restart, self.enough, pool);
+        while worst > enough && limited.sweeps < model.solver.iterations() {
+            let left = self.levels.cycle(since_restart, enough, pool);
             limited.sweeps += 1;
-            since_restart = if now.is_some_and(|now| now > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
-            worst = now.unwrap_or(worst);
+            since_restart =
+                if left.is_some_and(|left| left.worst > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
+            let Some(left) = left else { continue };
+            worst = left.worst;
+            let few = limited.sweeps >= AT_LEAST && left.over <= self.few;
+            let is_last = limited.sweeps == model.solver.iterations();
+            if left.over > 0 && (few || is_last) && self.finish.run(&mut *self.levels, enough) {
+                break;
+            }
         }
-        self.levels.release(pool);
+        self.levels.settle(pool);
         if let Some(frame) = frame.filter(|_| self.certificate.is_free()) {
-            // What particles got back one by one must not add up to a momentum.
+            // What was put right one by one must not add up to a momentum.
             let mut motion = self.levels.motion();
             let astray = frame - motion.mean();
             motion.shift(astray);
@@ -160,10 +205,18 @@ impl Unit {
         self.levels.store(&state.positions, ends, corrections, pool);
         let rate = impulse::rate(stride, &self.cloth, &state.velocities, corrections, frame, &mut self.products, pool);
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
-        let verdict = self.certificate.enforce(stride, state, ends, frame, pool);
+        let verdict = self.certificate.enforce(model, state, ends, frame, stride.plan.length as f32, pool);
         limited.cuts = u32::from(verdict.cut);
+        limited.lost_motion = verdict.lost_motion;
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
+    }
+
+    /// Part of R below which the levels are done: the ends of the step will be rounded once more.
+    fn enough(&self, positions: &Vectors, pool: &Pool) -> f32 {
+        // What rounding its two ends to single precision can add to the shortest spring, as a part of its length.
+        let rounding = 4.0 * f32::EPSILON * positions.reach(self.cloth.particles(), pool) / self.shortest;
+        1.0 - rounding.max(2e-5).min(0.5 * self.levels.back_off())
     }
 }
 
@@ -171,7 +224,7 @@ impl Unit {
 /// lost, and more steps would lose more of the motion; but with back-offs in proportion to the step cycles do not end where
 /// masses differ.
 fn back_off_of_step(plan: &Plan, cloth: &ClothRange) -> f32 {
-    if cloth.rates.is_empty() { 1.0 } else { plan.relative.min(1.0).sqrt() as f32 }
+    if cloth.rates.is_empty() { 1.0 } else { plan.of(cloth).relative.min(1.0).sqrt() as f32 }
 }
 
 /// How many cycles are sure not to be the last where such a part of the cloth is over its limit.
@@ -189,13 +242,4 @@ fn coarse_sweeps(particles: usize) -> usize {
 /// nothing pulls back, and it comes back in the next step as a jerk (docs/decisions/coarse-to-fine.md). It is k / (k + `lag`).
 fn momentum(cycles: u8, lag: f32) -> f32 {
     if cycles < 2 { 0.0 } else { MOMENTUM.min(f32::from(cycles) / (f32::from(cycles) + lag)) }
-}
-
-/// What rounding its two ends to single precision can add to the shortest spring of a cloth, as a part of its length.
-fn rounding(model: &Model, cloth: &ClothRange) -> f32 {
-    let largest = |column: &[f32]| column[cloth.particles()].iter().fold(0.0, |largest: f32, value| largest.max(value.abs()));
-    let rest = &model.particles.rest;
-    let extent = largest(&rest.x).max(largest(&rest.y)).max(largest(&rest.z));
-    let shortest = model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest));
-    4.0 * f32::EPSILON * extent / shortest
 }

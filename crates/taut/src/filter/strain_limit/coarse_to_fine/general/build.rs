@@ -6,6 +6,9 @@ use super::level::{Bundle, Level};
 use super::tiles::{TILE, Tiles, tile_of};
 use crate::model::{ClothRange, Hierarchy, Parents};
 
+/// Blocks of fewer particles are not worth handing to another thread.
+const LEAST_BLOCK: usize = 512;
+
 /// Levels, the finest first, the tiles of that, and the particle at each of its places.
 pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) -> (Vec<Level>, Tiles, Vec<u32>) {
     let finest = &hierarchy.levels[0];
@@ -20,25 +23,27 @@ pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) ->
         }
         let weight = |&mass: &f64| if mass > 0.0 { (1.0 / mass) as f32 } else { 0.0 };
         let d: Vec<Vec4> = level.masses.iter().map(|mass| Vec4::new(0.0, 0.0, 0.0, weight(mass))).collect();
-        // Those of the finest level go into its tiles.
-        let bundles = if levels.is_empty() { Vec::new() } else { Bundle::pack(level.springs.iter().map(limited)) };
+        let (mut bundles, mut starts, mut rest) = (Vec::new(), vec![0], &level.springs[..]);
+        for tile in 0..level.nodes.len().div_ceil(TILE as usize) as u32 {
+            let (own, others) = rest.split_at(rest.partition_point(|spring| tile_of(spring.0) <= tile));
+            rest = others;
+            bundles.extend(Bundle::pack(own.iter().map(limited)));
+            starts.push(bundles.len());
+        }
+        // Numbers of neighbours are near one another: a block is as long as the longest spring, in numbers.
+        let longest = level.springs.iter().map(|spring| spring.0[1] - spring.0[0]).max().unwrap_or_default();
         levels.push(Level {
             before: d.clone(),
             d,
             limits: bundles.iter().map(|bundle| bundle.limit).collect(),
+            moved: vec![false; starts.len() - 1],
+            block: (longest as usize).max(LEAST_BLOCK).next_multiple_of(TILE as usize),
             bundles,
+            starts,
             finest: level.nodes.iter().map(|&node| place[node as usize]).collect(),
             parents: Vec::new(),
         });
     }
-    let (bundles, mut starts) = (&mut levels[0].bundles, vec![0]);
-    let mut rest = &finest.springs[..];
-    for tile in 0..finest.nodes.len().div_ceil(TILE as usize) as u32 {
-        let (own, others) = rest.split_at(rest.partition_point(|spring| tile_of(spring.0) <= tile));
-        rest = others;
-        bundles.extend(Bundle::pack(own.iter().map(limited)));
-        starts.push(bundles.len());
-    }
-    let tiles = Tiles::new(starts, finest.springs.iter().map(|spring| spring.0));
+    let tiles = Tiles::new(&levels[0], finest.springs.iter().map(|spring| spring.0));
     (levels, tiles, finest.nodes.iter().map(|node| cloth.first as u32 + node).collect())
 }

@@ -4,8 +4,11 @@ use std::ops::Range;
 
 use glam::{Vec4, Vec4Swizzles};
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
 
-use crate::geometry::{Pool, by_axis, by_vector, for_each_chunk};
+use super::super::Measure;
+use super::tiles::TILE;
+use crate::geometry::{Pool, add_to_each, by_axis, differences, for_each_chunk, roots};
 use crate::model::Parents;
 
 /// How many springs are looked at together.
@@ -25,8 +28,15 @@ pub(super) struct Level {
     pub d: Vec<Vec4>,
     /// Displacements before the sweeps of a cycle; what was gained by them after that.
     pub before: Vec<Vec4>,
-    /// The springs; those of a tile together, in its order.
+    /// The springs; those that begin in a tile together, in the order of the tiles.
     pub bundles: Vec<Bundle>,
+    /// Bundles of tile t: `bundles[starts[t]..starts[t + 1]]`.
+    pub starts: Vec<usize>,
+    /// Particles in a block, a whole number of tiles: springs that begin in a block end in it or in the next one. So every second block
+    /// may be swept at the same time, with the same result.
+    pub block: usize,
+    /// The tiles of which sweeps moved a particle since this was cleared.
+    pub moved: Vec<bool>,
     /// Greatest lengths of the springs of each bundle of a coarse level [m].
     pub limits: Vec<Vec4>,
     /// Where the finest level keeps each particle.
@@ -46,12 +56,10 @@ pub(super) struct Bundle {
     pub limit: Vec4,
 }
 
-/// When and how far a spring is pulled together, as parts of its greatest length.
+/// How far a spring is pulled together.
 #[derive(Clone, Copy)]
 pub(super) struct Pull {
-    /// Springs longer than this are pulled ..
-    pub trigger: f32,
-    /// .. to this length ..
+    /// Springs longer than this part of their greatest length are pulled to it ..
     pub aim: f32,
     /// .. along X, their direction at the start of the step, instead of X + D: only if D, what the step has turned and
     /// stretched them by, is short against them.
@@ -59,14 +67,35 @@ pub(super) struct Pull {
 }
 
 impl Level {
-    /// Projects the springs of some bundles, one bundle after the other; `pulled` hears of the ends of those that were over.
-    pub fn sweep(&mut self, run: Range<usize>, pull: Pull, backwards: bool, pulled: impl FnMut(&[[u32; LANES]; 2])) {
-        Arch::new().dispatch(Sweep { d: &mut self.d, bundles: &self.bundles[run], pull, backwards, pulled });
+    /// Projects all springs, or those of the tiles in `only`: every second block, then the others.
+    pub fn sweep(&mut self, pull: Pull, backwards: bool, only: Option<&[bool]>, pool: &Pool) {
+        let in_parallel = pool.pays_for(self.d.len());
+        let Self { d, bundles, starts, block, moved, .. } = self;
+        let (bundles, starts, block) = (&*bundles, &*starts, *block);
+        let tiles = block / TILE as usize;
+        for phase in if backwards { [1, 0] } else { [0, 1] } {
+            let (d, moved) = (d.get_mut(phase * block..).unwrap_or_default(), moved.get_mut(phase * tiles..).unwrap_or_default());
+            let each = |(index, (d, moved)): (usize, (&mut [Vec4], &mut [bool]))| {
+                let first = (2 * index + phase) * tiles;
+                let tiles = first..(first + tiles).min(starts.len() - 1);
+                Arch::new().dispatch(Sweep { d, moved, first, tiles, bundles, starts, pull, backwards, only });
+            };
+            if in_parallel {
+                d.par_chunks_mut(2 * block).zip(moved.par_chunks_mut(2 * tiles)).enumerate().for_each(each);
+            } else {
+                d.chunks_mut(2 * block).zip(moved.chunks_mut(2 * tiles)).enumerate().for_each(each);
+            }
+        }
     }
 
-    /// The largest (|X_uv + D_uv| / R)^2 of some bundles, lane by lane.
-    pub fn worst(&self, run: Range<usize>) -> Vec4 {
-        Arch::new().dispatch(Worst { d: &self.d, bundles: &self.bundles[run] })
+    /// What the springs of a tile are against `enough` of their limits.
+    pub fn measure(&self, tile: usize, enough: f32) -> Measure {
+        Arch::new().dispatch(Measured { d: &self.d, bundles: self.bundles_of(tile), enough })
+    }
+
+    /// The springs that begin in a tile.
+    pub fn bundles_of(&self, tile: usize) -> &[Bundle] {
+        &self.bundles[self.starts[tile]..self.starts[tile + 1]]
     }
 
     /// Takes the displacements of the finest level.
@@ -89,47 +118,65 @@ impl Level {
     }
 }
 
-struct Sweep<'a, F> {
+/// The springs of a block.
+struct Sweep<'a> {
+    /// The particles of the block and the next one, and whether their tiles were moved.
     d: &'a mut [Vec4],
+    moved: &'a mut [bool],
+    /// The first tile of the block, and all of them.
+    first: usize,
+    tiles: Range<usize>,
     bundles: &'a [Bundle],
+    starts: &'a [usize],
     pull: Pull,
     backwards: bool,
-    pulled: F,
+    only: Option<&'a [bool]>,
 }
 
-impl<F: FnMut(&[[u32; LANES]; 2])> WithSimd for Sweep<'_, F> {
+impl WithSimd for Sweep<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { d, bundles, pull, backwards, mut pulled } = self;
-        if backwards {
-            for bundle in bundles.iter().rev() {
-                bundle.project(d, pull, &mut pulled);
+        let Self { d, moved, first, tiles, bundles, starts, pull, backwards, only } = self;
+        let first = (first * TILE as usize) as u32;
+        for step in 0..tiles.len() {
+            let tile = if backwards { tiles.end - 1 - step } else { tiles.start + step };
+            if only.is_some_and(|only| !only[tile]) {
+                continue;
             }
-        } else {
-            for bundle in bundles {
-                bundle.project(d, pull, &mut pulled);
+            let bundles = &bundles[starts[tile]..starts[tile + 1]];
+            if backwards {
+                for bundle in bundles.iter().rev() {
+                    bundle.project(d, moved, first, pull);
+                }
+            } else {
+                for bundle in bundles {
+                    bundle.project(d, moved, first, pull);
+                }
             }
         }
     }
 }
 
-struct Worst<'a> {
+struct Measured<'a> {
     d: &'a [Vec4],
     bundles: &'a [Bundle],
+    enough: f32,
 }
 
-impl WithSimd for Worst<'_> {
-    type Output = Vec4;
+impl WithSimd for Measured<'_> {
+    type Output = Measure;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec4 {
-        let mut worst = Vec4::ZERO;
+    fn with_simd<S: Simd>(self, _: S) -> Measure {
+        let (mut worst, mut over) = (Vec4::ZERO, 0);
         for bundle in self.bundles {
-            worst = worst.max(bundle.squares(self.d) / (bundle.limit * bundle.limit));
+            let ratio = bundle.squares(self.d) / (bundle.limit * bundle.limit);
+            worst = worst.max(ratio);
+            over += ratio.cmpgt(Vec4::splat(self.enough * self.enough)).bitmask().count_ones();
         }
-        worst
+        Measure { worst: worst.max_element().sqrt(), over: over as usize }
     }
 }
 
@@ -145,8 +192,9 @@ impl WithSimd for Follow<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         for (d, Parents { places, parts }) in self.d.iter_mut().zip(self.parents) {
-            let [a, b, c] = places.map(|place| self.gains[place as usize]);
-            *d += a * parts[0] + b * parts[1] + c * parts[2];
+            let [a, b, c] = places;
+            let gains = &self.gains;
+            *d += gains[*a as usize] * parts[0] + gains[*b as usize] * parts[1] + gains[*c as usize] * parts[2];
         }
     }
 }
@@ -200,51 +248,49 @@ impl Bundle {
         x * x + y * y + z * z
     }
 
-    /// D_uv [m].
-    #[inline(always)]
-    fn moved(&self, d: &[Vec4]) -> [Vec4; 3] {
-        let [a, b] = self.ends;
-        let between = |lane: usize| d[b[lane] as usize] - d[a[lane] as usize];
-        by_axis([0, 1, 2, 3].map(between))
-    }
-
     /// |X_uv + D_uv|^2 [m^2].
     #[inline(always)]
     pub fn squares(&self, d: &[Vec4]) -> Vec4 {
-        let [u, v, w] = self.moved(d);
+        let [u, v, w] = differences(d, &self.ends);
         let [x, y, z] = [self.start[0] + u, self.start[1] + v, self.start[2] + w];
         x * x + y * y + z * z
     }
 
-    /// Pulls together the ends of each spring that is over its trigger, each end by its share.
+    /// Pulls together the ends of each spring that is over its aim, each end by its share. `first` is the particle at the beginning
+    /// of `d` and of the first tile of `moved`.
     #[inline(always)]
-    fn project(&self, d: &mut [Vec4], pull: Pull, pulled: impl FnOnce(&[[u32; LANES]; 2])) {
-        let moved = self.moved(d);
-        let [x, y, z] = [0, 1, 2].map(|axis| self.start[axis] + moved[axis]);
+    fn project(&self, d: &mut [Vec4], moved: &mut [bool], first: u32, pull: Pull) {
+        let [[a, b, c, e], [f, g, h, i]] = self.ends;
+        let ends = [[a - first, b - first, c - first, e - first], [f - first, g - first, h - first, i - first]];
+        let [u, v, w] = differences(d, &ends);
+        let [x, y, z] = [self.start[0] + u, self.start[1] + v, self.start[2] + w];
         let square = x * x + y * y + z * z;
-        let reach = self.limit * pull.trigger;
-        let over = square.cmpgt(reach * reach);
+        let aim = self.limit * pull.aim;
+        let over = square.cmpgt(aim * aim);
         if !over.any() {
             return;
         }
-        let length = Vec4::from_array(square.to_array().map(f32::sqrt));
-        let mut excess = (length - self.limit * pull.aim) / length;
+        let length = roots(square);
+        let mut excess = (length - aim) / length;
         let mut along = [x, y, z];
         if pull.at_start {
-            let [u, v, w] = moved;
             let little = (u * u + v * v + w * w).cmplt(square * TURNED);
-            along = [0, 1, 2].map(|axis| Vec4::select(little, self.start[axis], along[axis]));
+            along = [
+                Vec4::select(little, self.start[0], x),
+                Vec4::select(little, self.start[1], y),
+                Vec4::select(little, self.start[2], z),
+            ];
             // The length still shrinks by the same.
             excess = excess * square / (x * along[0] + y * along[1] + z * along[2]);
         }
-        let [a, b] = self.ends;
-        let [of_a, of_b] = [a, b].map(|ends| Vec4::from_array(ends.map(|end| d[end as usize].w)));
+        let [a, b] = &ends;
+        let of_a = Vec4::new(d[a[0] as usize].w, d[a[1] as usize].w, d[a[2] as usize].w, d[a[3] as usize].w);
+        let of_b = Vec4::new(d[b[0] as usize].w, d[b[1] as usize].w, d[b[2] as usize].w, d[b[3] as usize].w);
         // The floor keeps two held ends from dividing by zero.
         let share = Vec4::select(over, excess / (of_a + of_b).max(Vec4::splat(1e-30)), Vec4::ZERO);
         for (ends, share) in [(a, share * of_a), (b, -share * of_b)] {
-            let ways = by_vector(along.map(|along| along * share));
-            ends.into_iter().zip(ways).for_each(|(end, way)| d[end as usize] += way);
+            add_to_each(d, ends, [along[0] * share, along[1] * share, along[2] * share]);
         }
-        pulled(&self.ends);
+        ends.as_flattened().iter().for_each(|end| moved[(end / TILE) as usize] = true);
     }
 }

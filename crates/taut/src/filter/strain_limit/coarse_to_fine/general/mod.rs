@@ -12,40 +12,39 @@ mod tiles;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{Levels, Motion, coarse_sweeps, cycles_to_come, momentum};
-use crate::geometry::{Pool, Vectors};
+use super::{Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
+use crate::geometry::{Pool, Vectors, for_each_chunk, roots};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
 use level::{LANES, Level, Pull};
 use tiles::Tiles;
 
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
-const LOCAL_SWEEPS: usize = 4;
-const LOCAL_ROUNDS: usize = 3;
+const LOCAL_SWEEPS: usize = 2;
+const LOCAL_ROUNDS: usize = 2;
 
-/// The finest level aims below its limit by this part of the back-off, coarse ones by the other: what they have put right, the
-/// finest does not find wrong again.
+/// The finest level aims below its limit by this part of the back-off, coarse ones by all of it: what they have put right, the finest
+/// does not find wrong again.
 const FINEST: f32 = 0.5;
-const COARSE: f32 = 2.0;
 /// Cycle k starts k / (k + this) of the last one's way further.
 const LAG: f32 = 2.0;
 
 /// The levels of one cloth, finest first.
 pub(super) struct GeneralLevels {
     levels: Vec<Level>,
-    /// The particle at each place of the finest level.
+    /// The particle at each place of the finest level, and the place of each particle of the cloth.
     particles: Vec<u32>,
+    places: Vec<u32>,
+    /// The first particle of the cloth.
+    first: usize,
     /// Inverse masses on the finest level.
     weights: Vec<f32>,
     /// Where the step begins [m].
     x: Vec<Vec4>,
     /// Displacements one cycle ago [m].
     previous: Vec<Vec4>,
-    /// Displacements as they were proposed, and as they come out [m].
-    proposed: Vec<Vec4>,
+    /// Displacements as they come out [m].
     corrected: Vectors,
-    /// How far each particle may go with all its springs within their limits [m].
-    room: Vec<f32>,
     /// Where the finest level is over its limit.
     tiles: Tiles,
     /// What can be solved exactly, and whether it has been in this step.
@@ -66,78 +65,48 @@ impl GeneralLevels {
         let count = particles.len();
         let weights: Vec<f32> = levels[0].d.iter().map(|quad| quad.w).collect();
         let springs = hierarchy.levels[0].springs.iter().map(|&(ends, length)| (ends, stretch * length));
+        let mut places = vec![0; cloth.count];
+        (0..).zip(&particles).for_each(|(place, &particle)| places[particle as usize - cloth.first] = place);
         Self {
             forest: Forest::new(springs, &weights),
             solved: false,
             weights,
             x: vec![Vec4::ZERO; count],
             previous: levels[0].d.clone(),
-            proposed: levels[0].d.clone(),
             corrected: Vectors::zeros(count),
-            room: vec![0.0; count],
             tiles,
             levels,
             particles,
-            deltas: [FINEST * delta, COARSE * delta],
+            places,
+            first: cloth.first,
+            deltas: [FINEST * delta, delta],
             backwards: false,
             unmeasured: 0,
         }
     }
 
-    /// Not every spring that is a little over its aim is worth a pull: only those more than half the way to the limit.
-    fn finest_pull(&self) -> Pull {
-        let [delta, _] = self.deltas;
-        Pull { trigger: 1.0 - 0.5 * delta, aim: 1.0 - delta, at_start: false }
-    }
-
-    /// Sweeps a coarse level.
-    fn sweep(&mut self, index: usize) {
-        let level = &mut self.levels[index];
-        level.sweep(0..level.bundles.len(), Pull { trigger: 1.0, aim: 1.0, at_start: true }, self.backwards, |_| ());
+    /// Sweeps a level.
+    fn sweep(&mut self, index: usize, pool: &Pool) {
+        let pull = self.pull(index);
+        self.levels[index].sweep(pull, self.backwards, None, pool);
         self.backwards = !self.backwards;
     }
 
-    /// Sweeps the finest level, everywhere or where it is marked and around that.
-    fn sweep_finest(&mut self, everywhere: bool) {
-        let pull = self.finest_pull();
-        let Self { levels, tiles, .. } = self;
-        let count = tiles.count();
-        for tile in 0..count {
-            let tile = if self.backwards { count - 1 - tile } else { tile };
-            if everywhere || tiles.is_wide(tile) {
-                levels[0].sweep(tiles.bundles(tile), pull, self.backwards, |ends| tiles.moves(ends));
-            }
-        }
+    /// Sweeps the finest level where it is over its limit and around that.
+    fn sweep_marked(&mut self, pool: &Pool) {
+        let pull = self.pull(0);
+        self.levels[0].sweep(pull, self.backwards, Some(self.tiles.wide()), pool);
         self.backwards = !self.backwards;
     }
 
-    /// Largest |P_uv| / R where sweeps moved something; elsewhere it is below their trigger, and that is below `enough`. Marks the
-    /// tiles where it is over `enough`.
-    fn measure(&mut self, enough: f32) -> f32 {
-        let mut worst = Vec4::ZERO;
-        for tile in 0..self.tiles.count() {
-            let changed = self.tiles.has_changed(tile);
-            let here = if changed { self.levels[0].worst(self.tiles.bundles(tile)) } else { Vec4::ZERO };
-            self.tiles.mark(tile, here.max_element() > enough * enough);
-            worst = worst.max(here);
-        }
-        worst.max_element().sqrt()
+    /// Coarse limits have their back-off in them.
+    fn pull(&self, index: usize) -> Pull {
+        if index == 0 { Pull { aim: 1.0 - self.deltas[0], at_start: false } } else { Pull { aim: 1.0, at_start: true } }
     }
 
-    /// How far each particle may go, whatever its neighbours do, without a spring becoming longer than `aim` of R: half of what
-    /// the tightest of its springs has left.
-    fn measure_room(&mut self, aim: f32) {
-        self.room.fill(f32::INFINITY);
-        let Level { d, bundles, .. } = &self.levels[0];
-        for bundle in bundles {
-            let length = Vec4::from_array(bundle.squares(d).to_array().map(f32::sqrt));
-            let left = (0.5 * (aim * bundle.limit - length)).max(Vec4::ZERO).to_array();
-            for lane in 0..LANES {
-                for end in bundle.ends.map(|ends| ends[lane] as usize) {
-                    self.room[end] = self.room[end].min(left[lane]);
-                }
-            }
-        }
+    /// What is left where sweeps moved something since `moved` was cleared.
+    fn measure(&mut self, enough: f32, pool: &Pool) -> Measure {
+        self.tiles.measure(&self.levels[0], enough, pool)
     }
 
     /// Goes on with `momentum`.
@@ -160,29 +129,26 @@ impl GeneralLevels {
 }
 
 impl Levels for GeneralLevels {
-    fn load(&mut self, positions: &Vectors, ends: &Vectors, _: &Pool) {
-        let (positions, ends) = (positions.columns(), ends.columns());
+    fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool) {
         let places = self.x.iter_mut().zip(&mut self.levels[0].d);
         for (particle, (x, d)) in self.particles.iter().zip(places) {
-            let [start, end] = [positions, ends].map(|[x, y, z]| {
-                let particle = *particle as usize;
-                Vec3::new(x[particle], y[particle], z[particle])
-            });
+            let (start, end) = (positions.get(*particle as usize), ends.get(*particle as usize));
             *x = start.extend(0.0);
             *d = (end - start).extend(d.w);
         }
-        self.proposed.copy_from_slice(&self.levels[0].d);
         self.hand_out();
         let (finest, coarse) = self.levels.split_at_mut(1);
-        for bundle in &mut finest[0].bundles {
-            bundle.begin(|end| self.x[end as usize]);
-        }
+        let x = &self.x;
+        for_each_chunk(&mut finest[0].bundles, pool, |_, bundles| {
+            bundles.iter_mut().for_each(|bundle| bundle.begin(|end| x[end as usize]));
+        });
         for level in coarse {
             let Level { bundles, limits, finest, .. } = level;
             for (bundle, limit) in bundles.iter_mut().zip(limits) {
-                bundle.begin(|end| self.x[finest[end as usize] as usize]);
-                let length = Vec4::from_array(bundle.squares_at_start().to_array().map(f32::sqrt));
-                bundle.limit = (*limit * (1.0 - self.deltas[1])).max(length);
+                bundle.begin(|end| x[finest[end as usize] as usize]);
+                let length = roots(bundle.squares_at_start());
+                // Where the cloth is further than that it may stay so, less the back-off.
+                bundle.limit = (*limit).max(length) - *limit * self.deltas[1];
             }
         }
         self.backwards = false;
@@ -190,7 +156,7 @@ impl Levels for GeneralLevels {
         self.solved = false;
     }
 
-    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<f32> {
+    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<Measure> {
         if let (Some(forest), false) = (&mut self.forest, self.solved) {
             self.solved = true;
             forest.correct(&self.x, &mut self.corrected, enough);
@@ -198,51 +164,62 @@ impl Levels for GeneralLevels {
                 *d = self.corrected.get(place).extend(d.w);
             }
             self.go_on(0.0);
-            self.tiles.moves_all();
-            return Some(self.measure(enough));
+            self.levels[0].moved.fill(true);
+            return Some(self.measure(enough, pool));
         }
         self.go_on(momentum(cycles, LAG));
         let (finest, coarse) = self.levels.split_at_mut(1);
         coarse.iter_mut().for_each(|level| level.sample(&finest[0]));
         for index in (1..self.levels.len()).rev() {
             for _ in 0..coarse_sweeps(self.levels[index].d.len()) {
-                self.sweep(index);
+                self.sweep(index, pool);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
             fine[index - 1].follow(&mut coarse[0], pool);
         }
-        self.tiles.begin();
-        self.sweep_finest(true);
+        self.levels[0].moved.fill(false);
+        self.sweep(0, pool);
         if self.unmeasured > 0 {
             self.unmeasured -= 1;
             return None;
         }
-        let mut worst = self.measure(enough);
+        let mut left = self.measure(enough, pool);
         self.unmeasured = cycles_to_come(self.tiles.share());
         for _ in 0..LOCAL_ROUNDS {
-            if worst <= enough || !self.tiles.widen() {
+            if left.over == 0 || !self.tiles.widen() {
                 break;
             }
-            self.tiles.begin();
-            (0..LOCAL_SWEEPS).for_each(|_| self.sweep_finest(false));
-            worst = self.measure(enough);
+            self.levels[0].moved.fill(false);
+            (0..LOCAL_SWEEPS).for_each(|_| self.sweep_marked(pool));
+            left = self.measure(enough, pool);
         }
-        Some(worst)
+        Some(left)
     }
 
     fn back_off(&self) -> f32 {
         self.deltas[0]
     }
 
-    fn release(&mut self, _: &Pool) {
-        self.measure_room(1.0 - 0.5 * self.deltas[0]);
-        for ((d, proposed), &room) in self.levels[0].d.iter_mut().zip(&self.proposed).zip(&self.room) {
-            // Inverse masses are the same in both.
-            let way = *proposed - *d;
-            let length = way.xyz().length();
-            let part = if length > room { room / length } else { 1.0 };
-            *d += way * part;
+    fn over(&self, enough: f32, visit: &mut dyn FnMut([usize; 2])) {
+        let finest = &self.levels[0];
+        for bundle in self.tiles.marked().flat_map(|tile| finest.bundles_of(tile)) {
+            let over = bundle.squares(&finest.d).cmpgt(bundle.limit * bundle.limit * (enough * enough)).bitmask();
+            for lane in (0..LANES).filter(|lane| over >> lane & 1 == 1) {
+                visit(bundle.ends.map(|ends| self.particles[ends[lane] as usize] as usize - self.first));
+            }
         }
+    }
+
+    fn between(&self, from: usize, to: usize) -> Vec3 {
+        let ([from, to], d) = ([from, to].map(|particle| self.places[particle] as usize), &self.levels[0].d);
+        ((self.x[to] - self.x[from]) + (d[to] - d[from])).xyz()
+    }
+
+    fn shift(&mut self, particle: usize, way: Vec3) {
+        self.levels[0].d[self.places[particle] as usize] += way.extend(0.0);
+    }
+
+    fn settle(&mut self, _: &Pool) {
         self.hand_out();
     }
 
@@ -308,21 +285,21 @@ mod tests {
                 ends.set(particle, start.get(particle) + Vec3::new(x, y, 0.0));
             }
             levels.load(start, &ends, &pool);
-            levels.tiles.moves_all();
-            let mut worst = levels.measure(ENOUGH);
+            levels.levels[0].moved.fill(true);
+            let mut worst = levels.measure(ENOUGH, &pool);
             for _ in 0..6 {
-                if worst <= ENOUGH {
+                if worst.over == 0 {
                     break;
                 }
                 levels.tiles.widen();
-                levels.tiles.begin();
-                levels.sweep_finest(false);
-                worst = levels.measure(ENOUGH);
+                levels.levels[0].moved.fill(false);
+                levels.sweep_marked(&pool);
+                worst = levels.measure(ENOUGH, &pool);
                 let marked = levels.tiles.share();
-                levels.tiles.moves_all();
-                let everywhere = levels.measure(ENOUGH);
-                prop_assert_eq!(worst > ENOUGH, everywhere > ENOUGH);
-                prop_assert!(worst == everywhere || everywhere <= ENOUGH, "{} where it was swept, {} everywhere", worst, everywhere);
+                levels.levels[0].moved.fill(true);
+                let everywhere = levels.measure(ENOUGH, &pool);
+                prop_assert_eq!(worst.over, everywhere.over);
+                prop_assert!(worst == everywhere || everywhere.over == 0, "{:?} where it was swept, {:?} everywhere", worst, everywhere);
                 prop_assert_eq!(marked, levels.tiles.share());
             }
         }

@@ -1,8 +1,10 @@
 //! Where the finest level is over its limit: local correction, the paper's future work.
 
-use std::ops::Range;
+use rayon::prelude::*;
 
-use super::level::LANES;
+use super::super::Measure;
+use super::level::Level;
+use crate::geometry::Pool;
 use crate::model::Adjacency;
 
 /// Particles in a tile; near ones have near places, so that a tile is a patch of the cloth.
@@ -10,15 +12,11 @@ pub(super) const TILE: u32 = 64;
 
 /// The tiles of a level.
 pub(super) struct Tiles {
-    /// Bundles of tile t: `bundles[starts[t]..starts[t + 1]]`, those whose springs begin in it.
-    starts: Vec<usize>,
     /// Tiles that share a spring.
     neighbours: Adjacency<u32>,
     marked: Vec<bool>,
     /// The marked tiles and their neighbours.
     wide: Vec<bool>,
-    /// Those of which sweeps moved a particle since the last beginning.
-    moved: Vec<bool>,
 }
 
 /// The tile in which a spring begins.
@@ -27,50 +25,37 @@ pub(super) fn tile_of(ends: [u32; 2]) -> u32 {
 }
 
 impl Tiles {
-    /// Tiles whose bundles begin at `starts`; `springs` are all springs.
-    pub fn new(starts: Vec<usize>, springs: impl Iterator<Item = [u32; 2]>) -> Self {
-        let count = starts.len() - 1;
+    /// The tiles of a level with these springs.
+    pub fn new(level: &Level, springs: impl Iterator<Item = [u32; 2]>) -> Self {
+        let count = level.moved.len();
         let mut pairs: Vec<(u32, u32)> = springs.map(|[a, b]| (a / TILE, b / TILE)).filter(|(a, b)| a != b).collect();
         pairs.sort_unstable();
         pairs.dedup();
         let neighbours = Adjacency::new(count, pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]));
-        Self { starts, neighbours, marked: vec![false; count], wide: vec![false; count], moved: vec![false; count] }
+        Self { neighbours, marked: vec![false; count], wide: vec![false; count] }
     }
 
-    /// Forgets what was moved.
-    pub fn begin(&mut self) {
-        self.moved.fill(false);
+    /// What springs are where sweeps moved something; elsewhere they are as short as sweeps make them. Marks the tiles that are over
+    /// `enough`.
+    pub fn measure(&mut self, level: &Level, enough: f32, pool: &Pool) -> Measure {
+        let Self { neighbours, marked, .. } = self;
+        let each = |(tile, marked): (usize, &mut bool)| {
+            // The ends of its springs are in the tile or in its neighbours.
+            let changed = level.moved[tile] || neighbours.of(tile).iter().any(|&other| level.moved[other as usize]);
+            let here = if changed { level.measure(tile, enough) } else { Measure::default() };
+            *marked = here.over > 0;
+            here
+        };
+        if pool.pays_for(level.d.len()) {
+            marked.par_iter_mut().enumerate().map(each).reduce(Measure::default, Measure::and)
+        } else {
+            marked.iter_mut().enumerate().map(each).fold(Measure::default(), Measure::and)
+        }
     }
 
-    /// Sweeps moved these particles.
-    #[inline(always)]
-    pub fn moves(&mut self, ends: &[[u32; LANES]; 2]) {
-        ends.as_flattened().iter().for_each(|end| self.moved[(end / TILE) as usize] = true);
-    }
-
-    /// Everything was moved.
-    pub fn moves_all(&mut self) {
-        self.moved.fill(true);
-    }
-
-    /// Whether springs of a tile have changed: their ends are in the tile or in its neighbours.
-    pub fn has_changed(&self, tile: usize) -> bool {
-        self.moved[tile] || self.neighbours.of(tile).iter().any(|&other| self.moved[other as usize])
-    }
-
-    /// How many tiles there are.
-    pub fn count(&self) -> usize {
-        self.marked.len()
-    }
-
-    /// The bundles of a tile.
-    pub fn bundles(&self, tile: usize) -> Range<usize> {
-        self.starts[tile]..self.starts[tile + 1]
-    }
-
-    /// Says whether a tile is over its limit.
-    pub fn mark(&mut self, tile: usize, over: bool) {
-        self.marked[tile] = over;
+    /// The tiles that are over their limit.
+    pub fn marked(&self) -> impl Iterator<Item = usize> {
+        self.marked.iter().enumerate().filter(|(_, marked)| **marked).map(|(tile, _)| tile)
     }
 
     /// The part of the level that is marked.
@@ -88,8 +73,8 @@ impl Tiles {
         2 * self.wide.iter().filter(|wide| **wide).count() < self.wide.len()
     }
 
-    /// Whether a tile is marked or beside a marked one.
-    pub fn is_wide(&self, tile: usize) -> bool {
-        self.wide[tile]
+    /// Which tiles are marked or beside a marked one.
+    pub fn wide(&self) -> &[bool] {
+        &self.wide
     }
 }

@@ -21,14 +21,13 @@ pub(super) struct End<'a> {
     pub w: &'a [f32],
 }
 
-/// When and how far a spring is pulled together, as parts of its greatest length R.
+/// How far a spring is pulled together.
 #[derive(Clone, Copy)]
 pub(super) struct Pull {
-    /// Springs longer than this are pulled ..
-    pub trigger: f32,
-    /// .. to this length ..
+    /// Springs longer than this part of their greatest length R are pulled to it. A pull is a projection onto a ball, which brings no two
+    /// places further apart: cloth at rest stays at rest. Springs that are pulled further than what makes them too long would jerk.
     pub aim: f32,
-    /// .. along X, their direction at the start of the step, instead of P, that at its end: only if D = P - X, what the step
+    /// Along X, their direction at the start of the step, instead of P, that at its end: only if D = P - X, what the step
     /// has turned and stretched them by, is short against them.
     pub at_start: bool,
 }
@@ -46,7 +45,7 @@ pub(super) struct Limits<'a> {
     pub inverse_square: &'a [f32],
 }
 
-/// Projects every spring of a run that is over its trigger. Where none of a register's springs is, nothing is stored.
+/// Projects every spring of a run that is over its aim. Where none of a register's springs is, nothing is stored.
 #[inline(always)]
 pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limits: Limits<'_>, pull: Pull) {
     let (limit, inverse) = (lanes::<S>(limits.length), lanes::<S>(limits.inverse_square));
@@ -57,14 +56,14 @@ pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limits: Limits<'
     let [ap, aq, ar] = a.p.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
     let [bp, bq, br] = b.p.map(|values| &mut S::as_mut_simd_f32s(values).0[..len]);
     let [wa, wb] = [a.w, b.w].map(|values| &lanes::<S>(values)[..len]);
-    let [trigger, aim, one] = [pull.trigger * pull.trigger, pull.aim, 1.0].map(|value| simd.splat_f32s(value));
+    let [reach, aim, one] = [pull.aim * pull.aim, pull.aim, 1.0].map(|value| simd.splat_f32s(value));
     // The floor keeps two held ends, and the empty lanes at the end of a run, from dividing by zero.
     let (floor, zero) = (simd.splat_f32s(1e-30), simd.splat_f32s(0.0));
     let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
     for i in 0..len {
         let [x, y, z] = [sub(bp[i], ap[i]), sub(bq[i], aq[i]), sub(br[i], ar[i])];
         let square = add(add(mul(x, x), mul(y, y)), mul(z, z));
-        let over = simd.greater_than_f32s(mul(square, inverse[i]), trigger);
+        let over = simd.greater_than_f32s(mul(square, inverse[i]), reach);
         if simd.first_true_m32s(over) >= S::F32_LANES {
             continue;
         }
@@ -128,35 +127,6 @@ pub(super) fn worst<S: Simd>(
         }
     }
     worst
-}
-
-/// Lowers the room of both ends of every spring of a run, which begin at `a` and `b`, to half of what the spring has left
-/// up to `aim` of R.
-#[inline(always)]
-pub(super) fn tightest<S: Simd>(
-    simd: S,
-    p: &Vectors,
-    [a, b]: [usize; 2],
-    limit: &[f32],
-    aim: f32,
-    [room_a, room_b]: [&mut [f32]; 2],
-) {
-    let run = |from: usize| from..from + limit.len();
-    let limit = lanes::<S>(limit);
-    let len = limit.len();
-    let [ap, aq, ar] = [&p.x, &p.y, &p.z].map(|column| &lanes::<S>(&column[run(a)])[..len]);
-    let [bp, bq, br] = [&p.x, &p.y, &p.z].map(|column| &lanes::<S>(&column[run(b)])[..len]);
-    let [room_a, room_b] = [room_a, room_b].map(|room| &mut S::as_mut_simd_f32s(room).0[..len]);
-    let (add, sub, mul) = (|a, b| simd.add_f32s(a, b), |a, b| simd.sub_f32s(a, b), |a, b| simd.mul_f32s(a, b));
-    let [aim, half, zero] = [aim, 0.5, 0.0].map(|value| simd.splat_f32s(value));
-    for i in 0..len {
-        let [x, y, z] = [sub(bp[i], ap[i]), sub(bq[i], aq[i]), sub(br[i], ar[i])];
-        let square = add(add(mul(x, x), mul(y, y)), mul(z, z));
-        let length = mul(square, reciprocal_sqrt(simd, square));
-        let left = simd.max_f32s(mul(half, sub(mul(aim, limit[i]), length)), zero);
-        room_a[i] = simd.min_f32s(room_a[i], left);
-        room_b[i] = simd.min_f32s(room_b[i], left);
-    }
 }
 
 #[inline(always)]

@@ -11,11 +11,11 @@ use std::ops::Range;
 
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
-use super::kernels::{BLOCK, End, Limits, Pull, project, tightest, worst};
+use super::super::Measure;
+use super::kernels::{BLOCK, End, Limits, Pull, project, worst};
 use super::tiles::{Tile, Tiles};
-use crate::geometry::{Pool, Vectors, VectorsChunk};
+use crate::geometry::{Pool, Vectors, VectorsChunk, hypot};
 
 /// Rows in a band of a sweep.
 const BAND: usize = 16;
@@ -84,7 +84,7 @@ impl Level {
         let gaps = [rows[1] - rows[0], rows[rows.len() - 1] - rows[rows.len() - 2]];
         let along = |height: f64| {
             [(0, odds), (1, evens - 1)].map(|(first, count)| {
-                let limit = |k: usize| (stretch * width(2 * k + first).hypot(height)) as f32;
+                let limit = |k: usize| (stretch * hypot(width(2 * k + first), height)) as f32;
                 let padded = count.next_multiple_of(BLOCK);
                 Lengths::new((0..padded).map(|k| if k < count { limit(k) } else { NO_LIMIT }))
             })
@@ -108,6 +108,18 @@ impl Level {
     #[inline]
     pub fn place(&self, column: usize, row: usize) -> usize {
         (2 * row + column % 2) * self.stride + column / 2
+    }
+
+    /// Where a particle is kept that is numbered row by row.
+    #[inline]
+    pub fn place_of(&self, particle: usize) -> usize {
+        self.place(particle % self.columns, particle / self.columns)
+    }
+
+    /// The particle that is kept at a place.
+    fn particle_at(&self, place: usize) -> usize {
+        let (half, within) = (place / self.stride, place % self.stride);
+        half / 2 * self.columns + 2 * within + half % 2
     }
 
     /// The length of a row in memory.
@@ -144,9 +156,9 @@ impl Level {
         }
     }
 
-    /// Largest |P_uv| / R of all springs, or of those that the last sweep over tiles may have changed; marks the tiles
-    /// where it is over `enough`.
-    pub fn measure(&self, enough: f32, tiles: &mut Tiles, everywhere: bool, pool: &Pool) -> f32 {
+    /// What all springs are, or those that the last sweep over tiles may have changed; marks the tiles that are over `enough` of
+    /// their limit.
+    pub fn measure(&self, enough: f32, tiles: &mut Tiles, everywhere: bool, pool: &Pool) -> Measure {
         let (layout, p) = (self.layout(), &self.p);
         tiles.measure(everywhere, pool.pays_for(self.size()), |rows, places, tile| {
             let rows = rows.start..rows.end.min(layout.rows);
@@ -154,58 +166,25 @@ impl Level {
         })
     }
 
-    /// How far each particle may go, whatever its neighbours do, without a spring becoming longer than `aim` of R: half of what
-    /// the tightest of its springs has left.
-    pub fn measure_room(&self, aim: f32, room: &mut [f32], pool: &Pool) {
-        let row_length = self.row_length();
-        let (layout, p) = (self.layout(), &self.p);
-        room.fill(f32::INFINITY);
-        for phase in [0, 1] {
-            let first = (phase * BAND * row_length).min(room.len());
-            let each = |(index, room): (usize, &mut [f32])| {
-                let begin = (2 * index + phase) * BAND;
-                let rows = begin..(begin + BAND).min(layout.rows);
-                Arch::new().dispatch(RoomBand { layout: &layout, p, rows, aim, first: begin * row_length, room });
-            };
-            let bands = room[first..].par_chunks_mut(2 * BAND * row_length);
-            if pool.pays_for(self.size()) {
-                bands.enumerate().for_each(each);
-            } else {
-                room[first..].chunks_mut(2 * BAND * row_length).enumerate().for_each(each);
+    /// Calls `visit` with the particles at the ends of each spring in a marked tile that is longer than `enough` of R.
+    pub fn over(&self, enough: f32, tiles: &Tiles, visit: &mut dyn FnMut([usize; 2])) {
+        let layout = self.layout();
+        for (rows, places) in tiles.marked() {
+            for (row, run) in (rows.start..rows.end.min(self.rows)).flat_map(|row| (0..RUNS).map(move |run| (row, run))) {
+                let Some(Run { a, b, lengths }) = layout.run(row, run) else { continue };
+                for place in places.start..places.end.min(lengths.length.len()) {
+                    let reach = enough * lengths.length[place];
+                    let ends = [a + place, b + place];
+                    if (self.p.get(ends[1]) - self.p.get(ends[0])).length_squared() > reach * reach {
+                        visit(ends.map(|end| self.particle_at(end)));
+                    }
+                }
             }
         }
     }
 
     fn layout(&self) -> Layout<'_> {
         Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal }
-    }
-}
-
-/// Some rows of a level, with the springs to the next row: how far their particles may go.
-struct RoomBand<'a> {
-    layout: &'a Layout<'a>,
-    p: &'a Vectors,
-    rows: Range<usize>,
-    aim: f32,
-    first: usize,
-    room: &'a mut [f32],
-}
-
-impl WithSimd for RoomBand<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { layout, p, rows, aim, first, room } = self;
-        for row in rows {
-            for run in 0..RUNS {
-                let Some(Run { a, b, lengths }) = layout.run(row, run) else { continue };
-                let limit = &*lengths.length;
-                let in_band = [a, b].map(|end| end - first..end - first + limit.len());
-                let room = room.get_disjoint_mut(in_band).expect("the two ends of a run do not overlap");
-                tightest(simd, p, [a, b], limit, aim, room);
-            }
-        }
     }
 }
 
@@ -260,7 +239,7 @@ impl WithSimd for SweepBand<'_> {
     }
 }
 
-/// Some rows of a level: the largest |P_uv| / R.
+/// Some rows of a level that are measured.
 struct MeasureBand<'a> {
     layout: &'a Layout<'a>,
     p: &'a Vectors,
@@ -271,24 +250,27 @@ struct MeasureBand<'a> {
 }
 
 impl WithSimd for MeasureBand<'_> {
-    type Output = f32;
+    type Output = Measure;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f32 {
+    fn with_simd<S: Simd>(self, simd: S) -> Measure {
         let Self { layout, p, rows, places, enough, tile } = self;
-        let mut largest = simd.splat_f32s(0.0);
+        let (mut largest, mut count) = (simd.splat_f32s(0.0), 0);
         for row in rows {
             for run in 0..RUNS {
                 if let Some(Run { a, b, lengths }) = layout.run(row, run) {
                     let inverse = &*lengths.inverse_square;
                     let there = places.start.min(inverse.len())..places.end.min(inverse.len());
                     let ends = [a + there.start, b + there.start];
-                    let mark = |first, over: &[f32]| tile.mark(places.start + first, over);
+                    let mark = |first, over: &[f32]| {
+                        tile.mark(places.start + first, over);
+                        count += over.iter().filter(|&&over| over != 0.0).count();
+                    };
                     largest = worst(simd, p, ends, &inverse[there], largest, enough * enough, mark);
                 }
             }
         }
-        simd.reduce_max_f32s(largest).sqrt()
+        Measure { worst: simd.reduce_max_f32s(largest).sqrt(), over: count }
     }
 }
 

@@ -9,8 +9,8 @@ mod transfer;
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Levels, Motion, coarse_sweeps, cycles_to_come, momentum};
-use crate::geometry::{Pool, Vectors};
+use super::{Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
+use crate::geometry::{Pool, Vectors, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
 use kernels::Pull;
@@ -44,8 +44,6 @@ pub(super) struct LatticeLevels {
     /// Displacements of the finest level: as they were proposed, and corrected in the end [m]. They are small, and places
     /// in single precision would round slow motion away.
     d: Vectors,
-    /// How far each particle of the finest level may go with all its springs within their limits [m].
-    room: Vec<f32>,
     /// Ends of the finest level one cycle ago.
     previous: Vectors,
     anchors: Vec<Vec<Anchor>>,
@@ -71,7 +69,7 @@ impl LatticeLevels {
     /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it, but no more than [`FURTHEST`] times
     /// `shrunk`.
     pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32, shrunk: f32) -> Self {
-        let furthest = shrunk * FURTHEST / (strain_limit / ROOMY).cbrt().min(1.0);
+        let furthest = shrunk * FURTHEST / cbrt(f64::from(strain_limit / ROOMY)).min(1.0) as f32;
         let at = |i: usize, j: usize| model.particles.rest.get(lattice.first + j * lattice.columns + i).as_dvec3();
         let mut columns: Vec<f64> = (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect();
         let mut rows: Vec<f64> = (0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect();
@@ -104,15 +102,14 @@ impl LatticeLevels {
             rows = (0..coarsened(rows.len())).map(|j| rows[sampled(j, rows.len())]).collect();
         }
         let spacing = finest_columns[1].max(finest_rows[1]);
-        let of_level = |level: i32| f64::from(delta).min(f64::from(furthest) / (spacing * 2_f64.powi(level))) as f32;
-        let deltas = (0..levels.len() as i32).map(of_level).collect();
+        let of_level = |level: u32| f64::from(delta).min(f64::from(furthest) / (spacing * power(2.0, level))) as f32;
+        let deltas = (0..levels.len() as u32).map(of_level).collect();
         Self {
             first: lattice.first,
             middle: lattice.first + lattice.rows / 2 * lattice.columns + lattice.columns / 2,
             sampled: levels.iter().map(|level| Vectors::zeros(level.p.len())).collect(),
             previous: levels[0].p.clone(),
             d: levels[0].p.clone(),
-            room: vec![0.0; levels[0].p.len()],
             tiles: Tiles::new(&levels[0]),
             levels,
             anchors,
@@ -122,16 +119,9 @@ impl LatticeLevels {
         }
     }
 
-    /// Not every spring that is a little over its aim is worth a pull: only those more than a quarter of the way to the limit.
-    fn finest_pull(&self) -> Pull {
-        let delta = self.deltas[0];
-        Pull { trigger: 1.0 - 0.75 * delta, aim: 1.0 - delta, at_start: false }
-    }
-
     fn sweep(&mut self, index: usize, pool: &Pool) {
         let aim = 1.0 - self.deltas[index];
-        let pull = if index == 0 { self.finest_pull() } else { Pull { trigger: aim, aim, at_start: index >= STEADY } };
-        self.levels[index].sweep(pull, self.backwards, None, pool);
+        self.levels[index].sweep(Pull { aim, at_start: index >= STEADY }, self.backwards, None, pool);
         self.backwards = !self.backwards;
         let (finest, coarse) = self.levels.split_at_mut(1);
         if let Some(level) = index.checked_sub(1).map(|index| &mut coarse[index]) {
@@ -157,7 +147,7 @@ impl Levels for LatticeLevels {
         self.unmeasured = 0;
     }
 
-    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<f32> {
+    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<Measure> {
         // Only the finest level goes on: coarser ones begin where it is.
         let momentum = momentum(cycles, 1.0);
         for index in 1..self.levels.len() {
@@ -178,36 +168,49 @@ impl Levels for LatticeLevels {
             self.unmeasured -= 1;
             return None;
         }
-        let mut worst = self.levels[0].measure(enough, &mut self.tiles, true, pool);
+        let mut left = self.levels[0].measure(enough, &mut self.tiles, true, pool);
         self.unmeasured = cycles_to_come(self.tiles.share());
         for _ in 0..LOCAL_ROUNDS {
-            if worst <= enough || self.tiles.share() > LOCAL {
+            if left.over == 0 || self.tiles.share() > LOCAL {
                 break;
             }
             self.tiles.take_neighbours();
-            let pull = self.finest_pull();
+            let pull = Pull { aim: 1.0 - self.deltas[0], at_start: false };
             for _ in 0..LOCAL_SWEEPS {
                 self.levels[0].sweep(pull, self.backwards, Some(&self.tiles), pool);
                 self.backwards = !self.backwards;
             }
-            worst = self.levels[0].measure(enough, &mut self.tiles, false, pool);
+            left = self.levels[0].measure(enough, &mut self.tiles, false, pool);
         }
-        Some(worst)
+        Some(left)
     }
 
     fn back_off(&self) -> f32 {
         self.deltas[0]
     }
 
-    fn release(&mut self, pool: &Pool) {
+    fn over(&self, enough: f32, visit: &mut dyn FnMut([usize; 2])) {
+        self.levels[0].over(enough, &self.tiles, visit);
+    }
+
+    fn between(&self, from: usize, to: usize) -> Vec3 {
+        let finest = &self.levels[0];
+        finest.p.get(finest.place_of(to)) - finest.p.get(finest.place_of(from))
+    }
+
+    fn shift(&mut self, particle: usize, way: Vec3) {
         let finest = &mut self.levels[0];
-        finest.measure_room(1.0 - 0.75 * self.deltas[0], &mut self.room, pool);
-        let (Level { x, p, .. }, room) = (finest, &self.room);
+        let place = finest.place_of(particle);
+        finest.p.set(place, finest.p.get(place) + way);
+    }
+
+    fn settle(&mut self, pool: &Pool) {
+        let Level { x, p, .. } = &self.levels[0];
         self.d.for_each_chunk(pool, |d| {
             let run = d.first..d.first + d.x.len();
-            let x = [&x.x, &x.y, &x.z].map(|column| &column[run.clone()]);
-            let p = [&p.x, &p.y, &p.z].map(|column| &column[run.clone()]);
-            Arch::new().dispatch(Release { d: [d.x, d.y, d.z], x, p, room: &room[run] });
+            for (d, x, p) in [(d.x, &x.x, &p.x), (d.y, &x.y, &p.y), (d.z, &x.z, &p.z)] {
+                Arch::new().dispatch(Settle { d, x: &x[run.clone()], p: &p[run.clone()] });
+            }
         });
     }
 
@@ -220,31 +223,19 @@ impl Levels for LatticeLevels {
     }
 }
 
-/// Corrects the proposed displacements: from X + D to P, but for what each particle has room to keep.
-struct Release<'a> {
-    d: [&'a mut [f32]; 3],
-    x: [&'a [f32]; 3],
-    p: [&'a [f32]; 3],
-    room: &'a [f32],
+/// Adds what was corrected to D: where P is still X + D, D stays what it is to the last bit.
+struct Settle<'a> {
+    d: &'a mut [f32],
+    x: &'a [f32],
+    p: &'a [f32],
 }
 
-impl WithSimd for Release<'_> {
+impl WithSimd for Settle<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { d: [u, v, w], x: [x, y, z], p: [p, q, r], room } = self;
-        let d = u.iter_mut().zip(v).zip(w);
-        let starts = x.iter().zip(y).zip(z);
-        let ends = p.iter().zip(q).zip(r);
-        for (((((u, v), w), ((x, y), z)), ((p, q), r)), room) in d.zip(starts).zip(ends).zip(room) {
-            let way = [p - (x + *u), q - (y + *v), r - (z + *w)];
-            let length = (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]).sqrt();
-            let part = if length > *room { 1.0 - *room / length } else { 0.0 };
-            *u += part * way[0];
-            *v += part * way[1];
-            *w += part * way[2];
-        }
+        self.d.iter_mut().zip(self.x.iter().zip(self.p)).for_each(|(d, (x, p))| *d += p - (x + *d));
     }
 }
 
@@ -286,7 +277,7 @@ fn anchors_of(
         anchors.extend(corners.map(|(i, j)| Anchor {
             coarse: level.place(i, j),
             held: finest.place(column, row),
-            limit: (stretch * (columns[i] - x).hypot(rows[j] - y)) as f32,
+            limit: (stretch * hypot(columns[i] - x, rows[j] - y)) as f32,
         }));
     }
     anchors

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::super::Measure;
 use super::kernels::BLOCK;
 use super::level::Level;
 
@@ -24,7 +25,7 @@ pub(super) struct Tile {
 pub(super) struct Tiles {
     bands: Vec<Tile>,
     /// What was measured in each.
-    worst: Vec<f32>,
+    found: Vec<Measure>,
     /// Springs in the longest run, filled up.
     springs: usize,
 }
@@ -71,18 +72,18 @@ impl Tiles {
     pub fn new(level: &Level) -> Self {
         let bands = level.rows.div_ceil(BAND);
         let springs = level.columns.div_ceil(2).next_multiple_of(BLOCK);
-        Self { bands: vec![Tile::default(); bands], worst: vec![0.0; bands], springs }
+        Self { bands: vec![Tile::default(); bands], found: vec![Measure::default(); bands], springs }
     }
 
     /// Calls `work` with the rows of each band, the places in their runs that count, whole blocks, and an empty tile to mark;
-    /// returns the largest result. Unless everything counts, it is what a sweep over the tiles has changed: it was given whole
+    /// returns what was found in all of them. Unless everything counts, it is what a sweep over the tiles has changed: it was given whole
     /// blocks, and moved the ends of the springs around them.
     pub fn measure(
         &mut self,
         everywhere: bool,
         in_parallel: bool,
-        work: impl Fn(Range<usize>, Range<usize>, &mut Tile) -> f32 + Sync,
-    ) -> f32 {
+        work: impl Fn(Range<usize>, Range<usize>, &mut Tile) -> Measure + Sync,
+    ) -> Measure {
         if everywhere {
             self.bands.fill(Tile { from: 0, to: self.springs });
         } else {
@@ -92,23 +93,29 @@ impl Tiles {
             }
             self.widen(1);
         }
-        let each = |(band, (tile, worst)): (usize, (&mut Tile, &mut f32))| {
+        let each = |(band, (tile, found)): (usize, (&mut Tile, &mut Measure))| {
             let before = std::mem::take(tile);
             let rows = band * BAND..(band + 1) * BAND;
-            *worst = if before.is_empty() { 0.0 } else { work(rows, before.blocks(), tile) };
+            *found = if before.is_empty() { Measure::default() } else { work(rows, before.blocks(), tile) };
         };
         if in_parallel {
-            self.bands.par_iter_mut().zip(&mut self.worst).enumerate().for_each(each);
+            self.bands.par_iter_mut().zip(&mut self.found).enumerate().for_each(each);
         } else {
-            self.bands.iter_mut().zip(&mut self.worst).enumerate().for_each(each);
+            self.bands.iter_mut().zip(&mut self.found).enumerate().for_each(each);
         }
-        self.worst.iter().fold(0.0, |largest, &worst| if worst > largest { worst } else { largest })
+        self.found.iter().fold(Measure::default(), |all, found| all.and(*found))
     }
 
     /// The places that are to be swept in the runs that begin at a row: whole blocks.
     #[inline(always)]
     pub fn of_row(&self, row: usize) -> Range<usize> {
         self.bands[row / BAND].blocks()
+    }
+
+    /// The rows of each marked band, and its places in their runs.
+    pub fn marked(&self) -> impl Iterator<Item = (Range<usize>, Range<usize>)> {
+        let marked = self.bands.iter().enumerate().filter(|(_, tile)| !tile.is_empty());
+        marked.map(|(band, tile)| (band * BAND..(band + 1) * BAND, tile.from..tile.to))
     }
 
     /// The part of the level that is marked.
@@ -146,7 +153,7 @@ mod tests {
     use crate::geometry::Pool;
 
     const ENOUGH: f32 = 1.0;
-    const PULL: Pull = Pull { trigger: 0.99, aim: 0.98, at_start: false };
+    const PULL: Pull = Pull { aim: 0.99, at_start: false };
 
     /// A level with springs at 0.995 of their limits, but for the particles that are `moved` [m] along a row.
     fn level([columns, rows]: [usize; 2], moved: &[(usize, usize, f32)]) -> Level {
@@ -175,15 +182,15 @@ mod tests {
             let mut tiles = Tiles::new(&level);
             let mut worst = level.measure(ENOUGH, &mut tiles, true, &pool);
             for round in 0..6 {
-                if worst <= ENOUGH {
+                if worst.over == 0 {
                     break;
                 }
                 tiles.take_neighbours();
                 level.sweep(PULL, backwards ^ (round % 2 == 1), Some(&tiles), &pool);
                 worst = level.measure(ENOUGH, &mut tiles, false, &pool);
                 let everywhere = level.measure(ENOUGH, &mut Tiles::new(&level), true, &pool);
-                prop_assert_eq!(worst > ENOUGH, everywhere > ENOUGH);
-                prop_assert!(worst == everywhere || everywhere <= ENOUGH, "{worst} where it was swept, {everywhere} everywhere");
+                prop_assert_eq!(worst.over, everywhere.over);
+                prop_assert!(worst == everywhere || everywhere.over == 0, "{worst:?} where it was swept, {everywhere:?} everywhere");
             }
         }
     }

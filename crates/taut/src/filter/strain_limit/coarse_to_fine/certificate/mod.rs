@@ -1,0 +1,159 @@
+//! The proof that a step keeps the limit, and what is done where it would not.
+//!
+//! The ends of the step are the very numbers that become the new positions, and every spring is measured there.
+//! Admissible positions are a convex set: on the way from an admissible reference Y to the proposed P every particle may go up to
+//! some part of it, and those that no spring stops go all of it (field.rs). Y is X, moved along with the pins if they all move
+//! alike. Pins that move differently may ask for the impossible; then Y is X itself, and they come later.
+
+mod field;
+
+use glam::{DVec3, Vec3};
+
+use super::Motion;
+use crate::geometry::{Pool, Vectors};
+use crate::model::{ClothRange, Model};
+use crate::state::{State, measure};
+use field::{Field, Proposal};
+
+/// What had to be done to a step.
+#[derive(Default)]
+pub(super) struct Verdict {
+    /// Whether it was shortened.
+    pub cut: bool,
+    /// Whether pins were, too.
+    pub held_back_pins: bool,
+    /// The part of the motion that was taken from it [1].
+    pub lost_motion: f64,
+}
+
+/// What one certificate speaks of: a cloth.
+pub(super) struct Certificate {
+    cloth: ClothRange,
+    /// Its held particles.
+    held: Vec<usize>,
+    field: Field,
+}
+
+impl Certificate {
+    /// The certificate of a cloth.
+    pub fn new(model: &Model, cloth: &ClothRange) -> Self {
+        let particles = &model.particles;
+        let held = cloth.particles().filter(|&index| particles.inverse_mass[index] == 0.0 && particles.mass[index] > 0.0);
+        Self { cloth: cloth.clone(), held: held.collect(), field: Field::new(model, cloth) }
+    }
+
+    /// Whether nothing of the cloth is held.
+    pub fn is_free(&self) -> bool {
+        self.held.is_empty()
+    }
+
+    /// The displacement from X to Y [m]: that of the held particles if they move alike, that of the centre of mass if nothing
+    /// is held; none if held particles move differently.
+    pub fn frame(&self, positions: &Vectors, ends: &Vectors, motion: &Motion<'_>) -> Option<Vec3> {
+        // Places are rounded one by one.
+        const ALIKE: f32 = 1e-6;
+        let Some(&one) = self.held.first() else { return Some(motion.mean()) };
+        let displacement = |particle: usize| ends.get(particle) - positions.get(particle);
+        let first = displacement(one);
+        let alike = self.held.iter().all(|&particle| {
+            let extent = positions.get(particle).abs().max_element() + first.abs().max_element();
+            (displacement(particle) - first).abs().max_element() <= ALIKE * extent
+        });
+        alike.then_some(first)
+    }
+
+    /// Measures the ends of a step of `step` seconds, and lets every particle go only as far as all springs allow.
+    pub fn enforce(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        ends: &mut Vectors,
+        frame: Option<Vec3>,
+        step: f32,
+        pool: &Pool,
+    ) -> Verdict {
+        const ROUNDS: usize = 4;
+        let admissible = |ends: &Vectors| measure(model, &self.cloth, ends, pool).worst <= 1.0;
+        if admissible(ends) {
+            return Verdict::default();
+        }
+        let all = self.motion(model, &state.positions, ends, frame);
+        let mut lost = 0.0;
+        for round in 0..ROUNDS {
+            // Rounding of what was shortened can ask for another round.
+            let proposal = Proposal {
+                springs: &model.springs,
+                inverse_mass: &model.particles.inverse_mass,
+                positions: &state.positions,
+                ends,
+                frame: frame.unwrap_or_default().as_dvec3(),
+                pins_first: frame.is_some(),
+                shifted: self.is_free(),
+                round,
+            };
+            self.field.find(&proposal, model);
+            lost += self.shorten(model, state, ends, frame, step);
+            if measure(model, &self.cloth, ends, pool).worst <= 1.0 {
+                return Verdict { cut: true, held_back_pins: frame.is_none(), lost_motion: part(lost, all) };
+            }
+        }
+        // The last resort is X itself, whatever pins are asked for: those that move alike but for rounding would creep away from
+        // each other, step by step.
+        for particle in self.cloth.particles() {
+            let (start, end) = (state.positions.get(particle), ends.get(particle));
+            ends.set(particle, start);
+            state.velocities.set(particle, state.velocities.get(particle) - (end - start) / step);
+        }
+        Verdict { cut: true, held_back_pins: true, lost_motion: 1.0 }
+    }
+
+    /// Sum of M |D - frame| [kg m].
+    fn motion(&self, model: &Model, positions: &Vectors, ends: &Vectors, frame: Option<Vec3>) -> f64 {
+        let frame = frame.unwrap_or_default();
+        let of = |particle: usize| {
+            let d = ends.get(particle) - positions.get(particle) - frame;
+            f64::from(model.particles.mass[particle]) * f64::from(d.length())
+        };
+        self.cloth.particles().map(of).sum()
+    }
+
+    /// Takes from each particle what its factor leaves of its step relative to Y. Returns the sum of M times what was taken [kg m].
+    fn shorten(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>, step: f32) -> f64 {
+        let (mut lost, mut way, mut impulse) = (0.0, DVec3::ZERO, DVec3::ZERO);
+        for (particle, factor) in self.field.cut() {
+            let (start, end, velocity) = (state.positions.get(particle), ends.get(particle), state.velocities.get(particle));
+            let displacement = frame.unwrap_or_default() + (end - start - frame.unwrap_or_default()) * factor;
+            let change = displacement - (end - start);
+            let change_of_velocity = change * rate(change, velocity, frame, step);
+            ends.set(particle, start + displacement);
+            state.velocities.set(particle, velocity + change_of_velocity);
+            let mass = f64::from(model.particles.mass[particle]);
+            lost += mass * f64::from(change.length());
+            way += change.as_dvec3() * mass;
+            impulse += change_of_velocity.as_dvec3() * mass;
+        }
+        if self.is_free() {
+            let mass: f64 = model.particles.mass[self.cloth.particles()].iter().map(|&mass| f64::from(mass)).sum();
+            let [way, velocity] = [way, impulse].map(|sum| (sum / mass).as_vec3());
+            for particle in self.cloth.particles() {
+                ends.set(particle, ends.get(particle) - way);
+                state.velocities.set(particle, state.velocities.get(particle) - velocity);
+            }
+        }
+        lost
+    }
+}
+
+/// The factor [1/s] of a change of displacement [m] in what the velocity takes of it: 1/h, but less where the velocity relative to
+/// the frame would turn round and grow. V is not D/h where springs vibrate within a step.
+fn rate(change: Vec3, velocity: Vec3, frame: Option<Vec3>, step: f32) -> f32 {
+    let Some(frame) = frame else { return 1.0 / step };
+    let along = -(velocity - frame / step).dot(change) / change.length_squared();
+    // What is not a number stays so, and the report of the step says it.
+    if along < 1.0 / step { along.max(0.0) } else { 1.0 / step }
+}
+
+/// `lost` of `all`, if there was any.
+fn part(lost: f64, all: f64) -> f64 {
+    if all > 0.0 { (lost / all).min(1.0) } else { 0.0 }
+}
