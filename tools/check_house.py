@@ -18,14 +18,14 @@ ENGINE_RULES: dict[str, set[str]] = {
     "model": {"scene", "geometry"},
     "inputs": {"scene", "model", "geometry"},
     "schedule": {"scene", "model", "inputs", "geometry"},
-    "state": {"model", "geometry"},
+    "state": {"model", "inputs", "geometry"},
     "forces": {"scene", "model", "inputs", "schedule", "state", "geometry"},
     "integrate": {"forces", "scene", "model", "inputs", "schedule", "state", "geometry"},
     "filter": {"scene", "model", "inputs", "schedule", "state", "geometry"},
     "health": {"model", "inputs", "state", "geometry", "forces", "filter"},
     "prepare": {"scene", "model", "inputs", "schedule"},
     "step": {"model", "inputs", "schedule", "state", "geometry", "forces", "integrate", "filter", "health"},
-    "advance": {"model", "inputs", "state", "health", "step"},
+    "advance": {"model", "inputs", "schedule", "state", "health", "step"},
 }
 
 # What the engine never touches: files, clocks, the network, printing.

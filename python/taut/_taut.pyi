@@ -177,12 +177,32 @@ class Engine:
             IndexError: there is no such vertex.
             ValueError: a number is not finite, or the speed not above 0.
         """
-    def release(self, vertex: int) -> None:
-        """Let a vertex go.
+    def hold(self, vertices: list[int], targets: NDArray[np.float64], over: float = 0.0) -> None:
+        """Hold vertices until :meth:`release`; they reach their targets [m], shape (n, 3), in a time [s].
+
+        Raises:
+            IndexError: there is no such vertex.
+            ValueError: a wrong shape or a non-finite number.
+        """
+    def release(self, vertices: list[int]) -> None:
+        """Let vertices go, whether they are held or led.
 
         Raises:
             IndexError: there is no such vertex.
         """
+    @property
+    def held(self) -> NDArray[np.int32]:
+        """The vertices that are held, in rising order; shape (n,)."""
+    @property
+    def gravity(self) -> list[float]:
+        """Acceleration of gravity [m/s^2]; assignable."""
+    @gravity.setter
+    def gravity(self, gravity: list[float]) -> None: ...
+    @property
+    def wind(self) -> str | None:
+        """The wind as JSON, with the fields of a scene; assignable, then checked as that of a scene."""
+    @wind.setter
+    def wind(self, wind: str | None) -> None: ...
     def shift_pins(self, group: int, offset: tuple[float, float, float], speed: float) -> None:
         """Move a pin group off its path [m] at no more than a speed [m/s]; at once if that is infinite.
 
@@ -219,11 +239,14 @@ class Engine:
         Raises:
             ValueError: a wrong shape or a non-finite number (which one is named).
         """
-    def step(self, count: int = 1) -> Report:
-        """Advance by ``count`` steps; other Python threads run meanwhile.
+    def step(self, count: int = 1, dt: float | None = None) -> Report:
+        """Advance by ``count`` steps of ``dt`` seconds (the scene's own); other Python threads run meanwhile.
+
+        Whatever is raised, by signal handlers too: the state is the one before the call.
 
         Raises:
-            SimulationError: a vertex became non-finite. The state is the one before the call.
+            SimulationError: a vertex became non-finite.
+            ValueError: no such length is possible.
         """
     def report(self) -> Report:
         """The report of the present state (no steps)."""

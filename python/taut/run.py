@@ -123,13 +123,14 @@ def _move_to(simulation: Simulation, cache: Cache, frame: int) -> None:
 
 
 def _frame(simulation: Simulation, ms: float) -> Frame:
-    positions, origins = simulation.positions, simulation.origins
-    frame = Frame(
-        positions, simulation.velocities, simulation.report, ms, simulation.state_hash, simulation.past
-    )
-    if not origins.any():
-        return frame
-    return replace(frame, origins=origins, local_positions=simulation.local_positions)
+    positions, velocities, past = simulation.positions, simulation.velocities, simulation.past
+    origins = simulation.origins
+    moved = bool(origins.any())
+    local = simulation.local_positions if moved else positions
+    # Of what is kept: the hash of a simulation counts pins that a user moved as well.
+    found = _taut.state_hash(local, velocities, past, origins)
+    frame = Frame(positions, velocities, simulation.report, ms, found, past)
+    return replace(frame, origins=origins, local_positions=local) if moved else frame
 
 
 def _header(simulation: Simulation) -> Header:

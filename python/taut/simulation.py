@@ -1,18 +1,19 @@
 """A running simulation: NumPy in, NumPy out; the work is done by the compiled engine."""
 
+import json
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from taut._taut import Engine
+from taut.arrays import chosen, read_only, single, triple, world_places
 from taut.report import Report
 from taut.scene import Mesh, Scene
-
-Array = TypeVar("Array", bound=NDArray[Any])
+from taut.scene.plain import plain
 
 MOST_THREADS = 1024
 """Worker threads that can be asked for [1]; no machine has more cores that would help."""
@@ -53,7 +54,7 @@ class Simulation:
         self._warnings = repairs + [text for text in self._engine.warnings if text not in repairs]
         shape = (self._engine.vertex_count, 3)
         self._state = np.empty(shape, np.float32), np.empty(shape, np.float32)
-        self._positions, self._velocities = (_read_only(array.view()) for array in self._state)
+        self._positions, self._velocities = (read_only(array.view()) for array in self._state)
         self._refresh()
         self._report = Report(**self._engine.report())
 
@@ -102,37 +103,37 @@ class Simulation:
     @cached_property
     def faces(self) -> NDArray[np.int32]:
         """Triangles as vertex indices, shape (triangles, 3), read-only."""
-        return _read_only(self._engine.faces)
+        return read_only(self._engine.faces)
 
     @cached_property
     def springs(self) -> NDArray[np.int32]:
         """Springs as pairs of vertex indices, shape (springs, 2), read-only."""
-        return _read_only(self._engine.springs)
+        return read_only(self._engine.springs)
 
     @cached_property
     def spring_kind(self) -> NDArray[np.uint8]:
         """Kind of each spring: 0 structural, 1 shear, 2 flexion; shape (springs,), read-only."""
-        return _read_only(self._engine.spring_kind)
+        return read_only(self._engine.spring_kind)
 
     @cached_property
     def rest_length(self) -> NDArray[np.float32]:
         """Rest length of each spring [m], shape (springs,), read-only."""
-        return _read_only(self._engine.rest_length)
+        return read_only(self._engine.rest_length)
 
     @cached_property
     def strain_limit(self) -> NDArray[np.float32]:
         """Largest stretch allowed of each spring [1], infinite for none; shape (springs,), read-only."""
-        return _read_only(self._engine.strain_limit)
+        return read_only(self._engine.strain_limit)
 
     @cached_property
     def mass(self) -> NDArray[np.float32]:
         """Mass of each vertex [kg], shape (vertices,), read-only."""
-        return _read_only(self._engine.mass)
+        return read_only(self._engine.mass)
 
     @cached_property
     def pinned(self) -> NDArray[np.bool_]:
         """Whether each vertex is pinned, shape (vertices,), read-only."""
-        return _read_only(self._engine.pinned)
+        return read_only(self._engine.pinned)
 
     # The state.
 
@@ -179,7 +180,8 @@ class Simulation:
     @property
     def exact_positions(self) -> NDArray[np.float64]:
         """Positions in the world [m], shape (vertices, 3), float64: origins and local positions added up."""
-        return in_world(self.local_positions, self.origins, self.cloths)
+        counts = [cloth.vertices for cloth in self.cloths]
+        return np.repeat(self.origins, counts, axis=0) + self.local_positions.astype(np.float64)
 
     @property
     def velocities(self) -> NDArray[np.float32]:
@@ -220,8 +222,9 @@ class Simulation:
             TypeError: numbers of another type.
             ValueError: a wrong shape, or a number that is not finite (which one is named).
         """
-        places = self._checked("positions", positions, np.float64 if origins is None else np.float32)
-        self._engine.set_state(places, self._checked("velocities", velocities), steps, past, origins)
+        shape = self._positions.shape
+        places = single("positions", positions, shape, np.float64 if origins is None else np.float32)
+        self._engine.set_state(places, single("velocities", velocities, shape), steps, past, origins)
         self._refresh()
         self._report = Report(**self._engine.report())
 
@@ -230,7 +233,7 @@ class Simulation:
     @cached_property
     def pin_groups(self) -> list[NDArray[np.int32]]:
         """The vertices of each pin of each cloth, in the scene's order; read-only."""
-        return [_read_only(group) for group in self._engine.pin_groups]
+        return [read_only(group) for group in self._engine.pin_groups]
 
     def lead(self, vertex: int, target: ArrayLike, speed: float) -> None:
         """Lead a vertex by hand in all further steps, until :meth:`release`.
@@ -247,15 +250,73 @@ class Simulation:
             IndexError: there is no such vertex.
             ValueError: a number is not finite, or the speed not above 0.
         """
-        self._engine.lead(operator.index(vertex), _triple(target), speed)
+        self._engine.lead(operator.index(vertex), triple("target", target), speed)
 
-    def release(self, vertex: int) -> None:
-        """Let a vertex go that :meth:`lead` holds.
+    def hold(self, vertices: ArrayLike, targets: ArrayLike, over: float = 0.0) -> None:
+        """Hold vertices, or give vertices that are held other targets.
+
+        What is held goes to its target whatever pulls at it, like a pin of the scene, until :meth:`release`;
+        a pinned vertex leaves its path meanwhile. Where the cloth cannot follow, the filter
+        ``coarse_to_fine`` makes it wait. New targets cost nothing; when other vertices are held, the next
+        step costs about as much as building the simulation.
+
+        Args:
+            vertices: index into :attr:`positions`, or several of them, shape (n,).
+            targets: where they shall be [m], shape (n, 3); for one vertex (3,) will do.
+            over: how long they take to get there [s], in a straight line; 0: until the end of the next step.
 
         Raises:
             IndexError: there is no such vertex.
+            TypeError: vertices that are no integers.
+            ValueError: a wrong shape, or a number that is not finite.
         """
-        self._engine.release(operator.index(vertex))
+        numbers = chosen(vertices, len(self._positions))
+        self._engine.hold(numbers, world_places(targets, len(numbers)), over)
+
+    def release(self, vertices: ArrayLike) -> None:
+        """Let vertices go that :meth:`hold` or :meth:`lead` holds; they keep their velocities.
+
+        Raises:
+            IndexError: there is no such vertex.
+            TypeError: vertices that are no integers.
+        """
+        self._engine.release(chosen(vertices, len(self._positions)))
+
+    @property
+    def held(self) -> NDArray[np.int32]:
+        """The vertices that :meth:`hold` holds, in rising order, shape (n,)."""
+        return self._engine.held
+
+    # What acts on it.
+
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """Acceleration of gravity [m/s^2]; assign three numbers to change it from the next step on."""
+        x, y, z = self._engine.gravity
+        return x, y, z
+
+    @gravity.setter
+    def gravity(self, value: ArrayLike) -> None:
+        self._engine.gravity = list(triple("gravity", value))
+
+    @property
+    def wind(self) -> dict[str, Any] | None:
+        """The wind, with the fields that a scene gives it; ``None``: the air is at rest.
+
+        Assign such a mapping, a velocity [m/s] (what else there is of the wind stays), or ``None``; it
+        blows from the next step on. A change costs nothing.
+        """
+        wind = self._engine.wind
+        return None if wind is None else dict(json.loads(wind))
+
+    @wind.setter
+    def wind(self, value: Mapping[str, Any] | ArrayLike | None) -> None:
+        if value is None:
+            self._engine.wind = None
+            return
+        if not isinstance(value, Mapping):
+            value = {**(self.wind or {}), "velocity": triple("wind", value)}
+        self._engine.wind = json.dumps(plain(dict(value), "wind"))
 
     def shift_pins(self, group: int, offset: ArrayLike, speed: float) -> None:
         """Move a group of :attr:`pin_groups` off its path; where the cloth cannot follow, the pins wait.
@@ -269,7 +330,7 @@ class Simulation:
             IndexError: there is no such group.
             ValueError: a number is not finite, or the speed not above 0.
         """
-        self._engine.shift_pins(operator.index(group), _triple(offset), speed)
+        self._engine.shift_pins(operator.index(group), triple("offset", offset), speed)
 
     def pin_offset(self, group: int) -> NDArray[np.float64]:
         """How far a group of :attr:`pin_groups` is off its path now [m], shape (3,).
@@ -322,16 +383,23 @@ class Simulation:
         self._refresh()
         self._report = Report(**self._engine.report())
 
-    def step(self, n: int = 1) -> Report:
-        """Advance by `n` steps of :attr:`step_length`.
+    def step(self, n: int = 1, dt: float | None = None) -> Report:
+        """Advance by `n` steps: all of them, or none.
+
+        Ctrl-C is answered within a fraction of a second; as after any exception, the state is then the one
+        before the call.
+
+        Args:
+            n: how many [1].
+            dt: how long each of them is [s]; :attr:`step_length` when left out. Each call has its own.
 
         Raises:
-            SimulationError: a vertex became non-finite; the state is the one before the call.
-            ValueError: `n` is below 1.
+            SimulationError: a vertex became non-finite.
+            ValueError: `n` is below 1, or `dt` not above 0 or over what springs bear.
         """
         if operator.index(n) < 1:
             raise ValueError(f"n = {n}: must be 1 or more steps")
-        self._report = Report(**self._engine.step(n))
+        self._report = Report(**self._engine.step(n, dt))
         self._refresh()
         return self._report
 
@@ -372,48 +440,3 @@ class Simulation:
 
     def _refresh(self) -> None:
         self._engine.read_state(*self._state)
-
-    def _checked(self, name: str, value: ArrayLike, kind: Any = np.float32) -> NDArray[Any]:
-        array = np.asarray(value)
-        if array.dtype.kind != "f":
-            raise TypeError(
-                f"{name} has type {array.dtype}: must be float32 or float64; try array.astype('float32')"
-            )
-        if array.shape != self._positions.shape:
-            raise ValueError(
-                f"{name} has shape {array.shape}: must be {self._positions.shape}, (vertices, 3)"
-            )
-        with np.errstate(over="ignore"):
-            numbers = np.ascontiguousarray(array, np.float32)
-        bad = np.argwhere(~np.isfinite(numbers))
-        if bad.size:
-            vertex, axis = bad[0]
-            number = array[vertex, axis]
-            raise ValueError(f"{name}[{vertex}, {axis}] = {number}: must be finite in float32")
-        return np.ascontiguousarray(array, kind)
-
-
-def in_world(
-    local: NDArray[np.float32], origins: NDArray[np.float64], cloths: Sequence[ClothRange]
-) -> NDArray[np.float64]:
-    """Places in the world [m], float64, of local positions, shape (vertices, 3).
-
-    Args:
-        local: [m], from the origin of each cloth.
-        origins: of the cloths [m], shape (cloths, 3).
-        cloths: which vertices are whose.
-    """
-    places: NDArray[np.float64] = local.astype(np.float64) + np.repeat(
-        origins, [cloth.vertices for cloth in cloths], axis=0
-    )
-    return places
-
-
-def _triple(value: ArrayLike) -> tuple[float, float, float]:
-    x, y, z = np.asarray(value, np.float64).tolist()
-    return x, y, z
-
-
-def _read_only(array: Array) -> Array:
-    array.flags.writeable = False
-    return array

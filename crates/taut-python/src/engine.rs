@@ -1,24 +1,28 @@
 //! A model, its state and its workspace as one Python object.
 
 use std::collections::BTreeMap;
-use std::sync::Mutex;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::{Mutex, PoisonError};
+use std::thread::{self, ThreadId};
 
 use numpy::{PyArray1, PyArray2};
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use taut::advance::{NonFinite, Summary, advance};
+use taut::advance::{Failure, advance_in_turns};
 use taut::geometry::Vectors;
-use taut::inputs::Inputs;
+use taut::inputs::{Air, Inputs, Target, Track};
 use taut::model::{Model, SpringKind};
 use taut::prepare::{Prepared, prepare};
-use taut::scene::Scene;
+use taut::scene::{Scene, Wind};
 use taut::schedule::Schedule;
 use taut::state::{Clock, Past, State};
 use taut::step::{Work, admit, external};
 
-use crate::{SimulationError, scene_error};
-use crate::{arrays, yardstick};
+use crate::checks::{below, duration, movable, scene_with};
+use crate::report::report;
+use crate::turns::Turns;
+use crate::{SimulationError, arrays, pools, scene_error, yardstick};
 
 /// See `_taut.pyi` for the documentation of the members.
 #[pyclass(frozen, module = "taut._taut")]
@@ -27,6 +31,8 @@ pub struct Engine {
     model: Model,
     schedule: Schedule,
     running: Mutex<Running>,
+    /// The thread that uses it.
+    user: Mutex<Option<ThreadId>>,
 }
 
 /// Seconds of each pass, and the forces.
@@ -35,30 +41,47 @@ type Timed<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f32>>);
 /// What a step changes, and what acts on it.
 struct Running {
     state: State,
-    before: State,
     inputs: Inputs,
+    wind: Option<Wind>,
     work: Work,
 }
 
 impl Engine {
     /// The running part; waits for a step that another thread is taking.
     fn with<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Running) -> R + Send) -> R {
-        py.detach(|| work(&mut self.running.lock().unwrap_or_else(std::sync::PoisonError::into_inner)))
+        let user = || self.user.lock().unwrap_or_else(PoisonError::into_inner);
+        // It would wait for itself for ever.
+        assert!(*user() != Some(thread::current().id()), "a signal handler must not use the simulation that it interrupts");
+        py.detach(|| {
+            let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+            *user() = Some(thread::current().id());
+            let result = catch_unwind(AssertUnwindSafe(|| work(&mut running)));
+            *user() = None;
+            result.unwrap_or_else(|panic| resume_unwind(panic))
+        })
     }
 
-    fn advance<'py>(&self, py: Python<'py>, count: u64) -> PyResult<Bound<'py, PyDict>> {
-        let (result, time) = self.with(py, |running| {
-            let Running { state, before, inputs, work } = running;
-            let result = advance(&self.model, state, before, inputs, self.schedule.step_length, work, count);
+    fn advance<'py>(&self, py: Python<'py>, count: u64, dt: f64) -> PyResult<Bound<'py, PyDict>> {
+        let mut turns = Turns::new();
+        let (result, time) = self.with(py, |Running { state, inputs, work, .. }| {
+            let result = advance_in_turns(&self.model, state, inputs, dt, count, work, &mut || turns.next());
             (result, state.time())
         });
-        report(py, &result.map_err(|error| self.explain(error))?, time)
+        match result {
+            Ok(summary) => report(py, &summary, time),
+            Err(failure) => Err(turns.raised.unwrap_or_else(|| self.explain(failure))),
+        }
     }
 
     /// The particle of a vertex.
     fn particle(&self, vertex: usize) -> PyResult<u32> {
         below("vertex", vertex, self.model.particle_count())?;
         Ok(self.model.numbering.particle(vertex as u32))
+    }
+
+    /// The particles of some vertices.
+    fn particles(&self, vertices: &[usize]) -> PyResult<Vec<u32>> {
+        vertices.iter().map(|&vertex| self.particle(vertex)).collect()
     }
 
     /// The vertex of a particle, as NumPy counts.
@@ -76,11 +99,12 @@ impl Engine {
     }
 
     /// Names the cloth and its own vertex instead of the particle.
-    fn explain(&self, error: NonFinite) -> PyErr {
-        let vertex = self.model.numbering.vertex(error.particle) as usize;
+    fn explain(&self, failure: Failure) -> PyErr {
+        let Failure::NonFinite { particle, .. } = failure else { return PyValueError::new_err(failure.to_string()) };
+        let vertex = self.model.numbering.vertex(particle) as usize;
         let place = self.model.cloths.iter().find(|cloth| cloth.particles().contains(&vertex));
         let place = place.map_or_else(String::new, |cloth| format!("cloth {:?}, vertex {}: ", cloth.name, vertex - cloth.first));
-        SimulationError::new_err(format!("{place}{error}"))
+        SimulationError::new_err(format!("{place}{failure}"))
     }
 }
 
@@ -98,9 +122,9 @@ impl Engine {
             let scene = Scene::from_json(scene).map_err(scene_error)?;
             let Prepared { model, inputs, schedule } = prepare(&scene, &meshes).map_err(scene_error)?;
             let state = State::new(&model);
-            let work = Work::new(&model, &schedule, threads);
-            let running = Running { before: state.clone(), state, inputs, work };
-            Ok(Self { running: Mutex::new(running), scene, model, schedule })
+            let work = Work::with_pool(&model, &schedule, pools::shared(threads));
+            let running = Running { state, inputs, wind: scene.wind.clone(), work };
+            Ok(Self { running: Mutex::new(running), user: Mutex::default(), scene, model, schedule })
         })
     }
 
@@ -249,35 +273,86 @@ impl Engine {
 
     fn lead(&self, py: Python<'_>, vertex: usize, target: [f64; 3], speed: f32) -> PyResult<()> {
         let particle = self.particle(vertex)?;
-        if !(target.iter().all(|part| part.is_finite()) && speed > 0.0) {
-            return Err(PyValueError::new_err(format!(
-                "target = {target:?}, speed = {speed}: must be finite numbers and a speed above 0"
-            )));
-        }
-        self.with(py, |running| running.work.hands().lead(particle, target, speed));
+        movable("target", target, f64::from(speed))?;
+        self.with(py, |running| running.inputs.grips.lead(particle, target, speed));
         Ok(())
     }
 
-    fn release(&self, py: Python<'_>, vertex: usize) -> PyResult<()> {
-        let particle = self.particle(vertex)?;
-        self.with(py, |running| running.work.hands().release(particle));
+    #[pyo3(signature = (vertices, targets, over=0.0))]
+    fn hold(&self, py: Python<'_>, vertices: Vec<usize>, targets: &Bound<'_, PyAny>, over: f64) -> PyResult<()> {
+        let targets = arrays::places("targets", targets, Some(vertices.len()))?;
+        let particles = self.particles(&vertices)?;
+        duration("over", over)?;
+        self.with(py, |Running { state, inputs, .. }| {
+            let arrival = state.time() + over;
+            for (particle, place) in particles.into_iter().zip(targets) {
+                inputs.grips.hold(particle, Target { place, arrival });
+            }
+        });
+        Ok(())
+    }
+
+    fn release(&self, py: Python<'_>, vertices: Vec<usize>) -> PyResult<()> {
+        let particles = self.particles(&vertices)?;
+        self.with(py, |running| particles.into_iter().for_each(|particle| running.inputs.grips.release(particle)));
+        Ok(())
+    }
+
+    #[getter]
+    fn held<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
+        let particles = self.with(py, |running| running.inputs.grips.particles().to_vec());
+        let mut vertices: Vec<i32> = particles.into_iter().map(|particle| self.vertex(particle)).collect();
+        vertices.sort_unstable();
+        PyArray1::from_vec(py, vertices)
+    }
+
+    #[getter]
+    fn gravity(&self, py: Python<'_>) -> [f64; 3] {
+        self.with(py, |Running { state, inputs, .. }| inputs.gravity.at(state.time())).to_array()
+    }
+
+    #[setter]
+    fn set_gravity(&self, py: Python<'_>, gravity: [f64; 3]) -> PyResult<()> {
+        // JSON has no such numbers.
+        if !gravity.iter().all(|part| part.is_finite()) {
+            return Err(PyValueError::new_err(format!("gravity = {gravity:?}: must be three finite numbers [m/s^2]")));
+        }
+        let checked = scene_with(&format!(r#""gravity": {gravity:?}"#))?.gravity();
+        self.with(py, |running| running.inputs.gravity = Track::constant(checked.into()));
+        Ok(())
+    }
+
+    #[getter]
+    fn wind(&self, py: Python<'_>) -> Option<String> {
+        let wind = self.with(py, |running| running.wind.clone());
+        wind.map(|wind| wind.to_json())
+    }
+
+    #[setter]
+    fn set_wind(&self, py: Python<'_>, wind: Option<&str>) -> PyResult<()> {
+        let wind = scene_with(&format!(r#""wind": {}"#, wind.unwrap_or("null")))?.wind;
+        self.with(py, |running| {
+            running.inputs.air = wind.as_ref().map(Air::new);
+            running.wind = wind;
+        });
         Ok(())
     }
 
     fn shift_pins(&self, py: Python<'_>, group: usize, offset: [f64; 3], speed: f64) -> PyResult<()> {
         self.check_group(group)?;
-        if !(offset.iter().all(|part| part.is_finite()) && speed > 0.0) {
-            return Err(PyValueError::new_err(format!(
-                "offset = {offset:?}, speed = {speed}: must be finite numbers and a speed above 0"
-            )));
-        }
-        self.with(py, |running| running.work.hands().shift(group, offset.into(), speed));
+        movable("offset", offset, speed)?;
+        self.with(py, |Running { state, inputs, .. }| {
+            inputs.grips.shift(group, offset.into(), speed);
+            if speed.is_infinite() {
+                state.offsets[group].now = offset.into();
+            }
+        });
         Ok(())
     }
 
     fn pin_offset(&self, py: Python<'_>, group: usize) -> PyResult<[f64; 3]> {
         self.check_group(group)?;
-        Ok(self.with(py, |running| running.work.hands().offset(group)).to_array())
+        Ok(self.with(py, |running| running.state.offsets[group].now).to_array())
     }
 
     fn admit(&self, py: Python<'_>) {
@@ -325,27 +400,28 @@ impl Engine {
             state.past = Past { displacements, gains, length: self.schedule.step_length };
         }
         let state = state.to_particles(&self.model.numbering);
-        self.with(py, |running| running.state = state);
+        // Pins stay beside their paths.
+        self.with(py, |running| running.state = State { offsets: running.state.offsets.clone(), ..state });
         Ok(())
     }
 
-    #[pyo3(signature = (count=1))]
-    fn step<'py>(&self, py: Python<'py>, count: u64) -> PyResult<Bound<'py, PyDict>> {
-        self.advance(py, count)
+    #[pyo3(signature = (count=1, dt=None))]
+    fn step<'py>(&self, py: Python<'py>, count: u64, dt: Option<f64>) -> PyResult<Bound<'py, PyDict>> {
+        self.advance(py, count, dt.unwrap_or(self.schedule.step_length))
     }
 
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.advance(py, 0)
+        self.advance(py, 0, self.schedule.step_length)
     }
 
     fn snapshot<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        let bytes = self.with(py, |running| running.state.to_bytes(&self.model));
+        let bytes = self.with(py, |running| running.state.to_bytes(&self.model, &running.inputs.grips));
         PyBytes::new(py, &bytes)
     }
 
     fn restore(&self, py: Python<'_>, snapshot: &[u8]) -> PyResult<()> {
-        let state = State::from_bytes(snapshot, &self.model).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        self.with(py, |running| running.state = state);
+        let read = State::from_bytes(snapshot, &self.model).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        self.with(py, |Running { state, inputs, .. }| (*state, inputs.grips) = read);
         Ok(())
     }
 
@@ -368,37 +444,4 @@ impl Engine {
     fn state_hash(&self, py: Python<'_>) -> String {
         format!("{:016x}", self.state(py).hash())
     }
-}
-
-/// Refuses an index beyond the end.
-fn below(name: &str, index: usize, count: usize) -> PyResult<()> {
-    if index < count {
-        return Ok(());
-    }
-    Err(PyIndexError::new_err(format!("{name} = {index}: there are {count}, counted from 0")))
-}
-
-/// `Report` of `_taut.pyi`.
-fn report<'py>(py: Python<'py>, summary: &Summary, time: f64) -> PyResult<Bound<'py, PyDict>> {
-    let spring = |index: Option<u32>| index.map_or(-1, i64::from);
-    let last = &summary.last;
-    let report = PyDict::new(py);
-    report.set_item("time", time)?;
-    report.set_item("steps", summary.steps)?;
-    report.set_item("evaluations", summary.evaluations)?;
-    report.set_item("worst_stretch", last.worst_stretch)?;
-    report.set_item("worst_spring", spring(last.worst_spring))?;
-    report.set_item("worst_stretch_in_steps", summary.worst_stretch)?;
-    report.set_item("worst_spring_in_steps", spring(summary.worst_spring))?;
-    report.set_item("limited_steps", summary.limited_steps)?;
-    report.set_item("limited_springs", summary.limited_springs)?;
-    report.set_item("sweeps", summary.sweeps)?;
-    report.set_item("cuts", summary.cuts)?;
-    report.set_item("held_back_pins", summary.held_back_pins)?;
-    report.set_item("lost_motion", summary.lost_motion)?;
-    report.set_item("mean_lost_motion", summary.mean_lost_motion)?;
-    report.set_item("kinetic_energy", last.kinetic_energy)?;
-    report.set_item("elastic_energy", last.elastic_energy)?;
-    report.set_item("potential_energy", last.potential_energy)?;
-    Ok(report)
 }

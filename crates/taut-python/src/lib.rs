@@ -1,8 +1,12 @@
 //! The Python surface of taut: arrays in, arrays out, errors mapped. No logic of its own.
 
 mod arrays;
+mod checks;
 mod engine;
 mod memory;
+mod pools;
+mod report;
+mod turns;
 mod yardstick;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};

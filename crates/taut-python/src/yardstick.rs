@@ -62,7 +62,7 @@ fn arms(model: &Model) -> Adjacency<Arm> {
 /// The inner rows of the grids, where they fill a vector register.
 fn runs(model: &Model, arms: &Adjacency<Arm>) -> Vec<Run> {
     let mut runs = Vec::new();
-    for lattice in &model.lattices {
+    for lattice in model.lattices.iter() {
         let middle = lattice.first + lattice.columns + 1;
         let Ok(arms) = <[Arm; 8]>::try_from(arms.of(middle)) else { continue };
         if lattice.columns < 2 + LONGEST_REGISTER {

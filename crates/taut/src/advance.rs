@@ -1,8 +1,11 @@
 //! Several steps as one: all of them, or none.
 
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
 use crate::health::{Glance, StateReport, StepReport};
 use crate::inputs::Inputs;
 use crate::model::Model;
+use crate::schedule::BadLength;
 use crate::state::State;
 use crate::step::{Work, glance, inspect, step};
 
@@ -35,61 +38,110 @@ pub struct Summary {
     pub mean_lost_motion: f64,
 }
 
-/// A particle's position or velocity is no longer a finite number.
+/// Why several steps were not taken. The state, and all that the workspace might remember, are as they were before.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error(
-    "particle {particle} is no longer at a finite place after the step to {time:.6} s; the state is kept as it was before; \
-     the step is probably too long for the forces: use solver.substeps = \"auto\", or look for huge speeds, winds or stiffnesses"
-)]
-pub struct NonFinite {
-    /// The first such particle.
-    pub particle: u32,
-    /// End of the step in which it happened [s].
-    pub time: f64,
+pub enum Failure {
+    /// A particle's position or velocity is no longer a finite number.
+    #[error(
+        "particle {particle} is no longer at a finite place after the step to {time:.6} s; the state is kept as it was before; \
+         the step is probably too long for the forces: use solver.substeps = \"auto\", or look for huge speeds, winds or stiffnesses"
+    )]
+    NonFinite {
+        /// The first such particle.
+        particle: u32,
+        /// End of the step in which it happened [s].
+        time: f64,
+    },
+    /// The length of the steps is none, or too much.
+    #[error(transparent)]
+    BadLength(#[from] BadLength),
+    /// The caller did not want to wait any longer.
+    #[error("stopped on request; the state is kept as it was before")]
+    Stopped,
 }
 
 /// Takes `count` steps of `dt` seconds.
 ///
 /// # Errors
-/// If a particle becomes non-finite; `state` is then as it was before the call. `before` is workspace for that copy.
+/// See [`Failure`]; `state` is then as it was before the call, and also if something panics.
 pub fn advance(
     model: &Model,
     state: &mut State,
-    before: &mut State,
     inputs: &Inputs,
     dt: f64,
-    work: &mut Work,
     count: u64,
-) -> Result<Summary, NonFinite> {
-    let pool = work.pool();
-    let result = pool.install(|| {
-        before.copy_from(state, &pool);
-        let mut summary = Summary::default();
-        for left in (0..count).rev() {
-            summary.add(step(model, state, inputs, dt, work));
-            if left == 0 {
-                // The examination tells more.
-                break;
-            }
-            let Glance { worst_stretch, worst_spring, finite } = glance(model, state, work);
-            if !finite {
-                let particle = inspect(model, state, inputs, work).non_finite.unwrap_or_default();
-                return Err(NonFinite { particle, time: state.time() });
-            }
-            summary.see(worst_stretch, worst_spring);
-        }
-        summary.last = inspect(model, state, inputs, work);
-        if let Some(particle) = summary.last.non_finite {
-            return Err(NonFinite { particle, time: state.time() });
-        }
-        let StateReport { worst_stretch, worst_spring, .. } = summary.last;
-        summary.see(worst_stretch, worst_spring);
-        Ok(summary)
-    });
-    if result.is_err() {
-        state.copy_from(before, &pool);
+    work: &mut Work,
+) -> Result<Summary, Failure> {
+    advance_in_turns(model, state, inputs, dt, count, work, &mut || Some(u64::MAX))
+}
+
+/// As [`advance`], asking `turn` again and again how many steps to take without asking; with nothing for an answer it stops. The
+/// steps are the same whatever the answers.
+///
+/// # Errors
+/// As [`advance`].
+pub fn advance_in_turns(
+    model: &Model,
+    state: &mut State,
+    inputs: &Inputs,
+    dt: f64,
+    count: u64,
+    work: &mut Work,
+    turn: &mut dyn FnMut() -> Option<u64>,
+) -> Result<Summary, Failure> {
+    if count > 0 {
+        work.schedule().check(model, dt)?;
     }
-    result
+    let pool = work.pool();
+    pool.install(|| work.before.copy_from(state, &pool));
+    // What is left half done by a panic is put back below.
+    let steps = AssertUnwindSafe(|| take(model, state, inputs, dt, count, work, turn));
+    let result = catch_unwind(steps);
+    if !matches!(result, Ok(Ok(_))) {
+        state.copy_from(&work.before, &pool);
+        work.renew(model);
+    }
+    result.unwrap_or_else(|panic| resume_unwind(panic))
+}
+
+fn take(
+    model: &Model,
+    state: &mut State,
+    inputs: &Inputs,
+    dt: f64,
+    count: u64,
+    work: &mut Work,
+    turn: &mut dyn FnMut() -> Option<u64>,
+) -> Result<Summary, Failure> {
+    let (pool, mut summary) = (work.pool(), Summary::default());
+    let found = |summary: &mut Summary, state: &State, work: &mut Work| {
+        summary.last = inspect(model, state, inputs, work);
+        let non_finite = |particle| Failure::NonFinite { particle, time: state.time() };
+        summary.last.non_finite.map(non_finite).map_or(Ok(()), Err)
+    };
+    while summary.steps < count {
+        let most = turn().ok_or(Failure::Stopped)?.max(1).min(count - summary.steps);
+        pool.install(|| {
+            for _ in 0..most {
+                summary.add(step(model, state, inputs, dt, work));
+                if summary.steps == count {
+                    // The examination tells more.
+                    break;
+                }
+                let Glance { worst_stretch, worst_spring, finite } = glance(model, state, work);
+                if !finite {
+                    found(&mut summary, state, work)?;
+                    return Err(Failure::NonFinite { particle: 0, time: state.time() });
+                }
+                summary.see(worst_stretch, worst_spring);
+            }
+            Ok(())
+        })?;
+    }
+    found(&mut summary, state, work)?;
+    let StateReport { worst_stretch, worst_spring, .. } = summary.last;
+    summary.see(worst_stretch, worst_spring);
+    Ok(summary)
 }
 
 impl Summary {

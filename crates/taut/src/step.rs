@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::filter::{self, Filter, Hands};
+use crate::filter::{self, Filter};
 use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
 use crate::health::{self, Glance, Health, StateReport, StepReport};
@@ -12,8 +12,11 @@ use crate::model::Model;
 use crate::schedule::{Plan, Schedule, Stride};
 use crate::state::State;
 
-/// The workspace of a simulation: allocated once, never part of a result.
+/// The workspace of a simulation: allocated once, and anew where other particles are held. Never part of a result.
 pub struct Work {
+    /// The model with what a user holds, if that is anything, and which particles these are.
+    as_held: Option<Model>,
+    held: Vec<u32>,
     forces: Forces,
     integrator: Integrator,
     filter: Filter,
@@ -24,6 +27,8 @@ pub struct Work {
     plan: Plan,
     /// Where the step leads [m].
     ends: Vectors,
+    /// The state before several steps.
+    pub(crate) before: State,
 }
 
 impl Work {
@@ -38,11 +43,14 @@ impl Work {
     pub fn with_pool(model: &Model, schedule: &Schedule, pool: Arc<Pool>) -> Self {
         let plan = schedule.plan(model, schedule.step_length);
         Self {
+            as_held: None,
+            held: Vec::new(),
             forces: Forces::new(model),
             integrator: Integrator::new(model, &plan),
             filter: Filter::new(model, &plan),
             health: Health::new(model),
             ends: Vectors::zeros(model.particle_count()),
+            before: State::new(model),
             schedule: schedule.clone(),
             plan,
             pool,
@@ -55,27 +63,49 @@ impl Work {
         Arc::clone(&self.pool)
     }
 
-    /// What a user holds while the simulation runs.
-    pub fn hands(&mut self) -> &mut Hands {
-        self.filter.hands()
+    /// The steps of the scene.
+    #[must_use]
+    pub fn schedule(&self) -> &Schedule {
+        &self.schedule
+    }
+
+    /// Follows what is held. Levels are tied to it, in the model and in the workspace: both are made anew where that has changed,
+    /// and nothing is done where only targets have moved.
+    fn follow(&mut self, model: &Model, inputs: &Inputs) {
+        if inputs.grips.particles() != self.held {
+            inputs.grips.particles().clone_into(&mut self.held);
+            self.renew(model);
+        }
+    }
+
+    /// Makes anew what may remember a step: after one that failed nothing of it is left.
+    pub(crate) fn renew(&mut self, model: &Model) {
+        self.as_held = (!self.held.is_empty()).then(|| model.holding(&self.held));
+        let model = self.as_held.as_ref().unwrap_or(model);
+        let plan = self.schedule.plan(model, self.schedule.step_length);
+        self.forces = Forces::new(model);
+        self.integrator = Integrator::new(model, &plan);
+        self.filter = Filter::new(model, &plan);
+        self.plan = plan;
     }
 
     /// Plans a step of `dt` seconds, unless it is like the last one.
     fn plan(&mut self, model: &Model, dt: f64) {
         if self.plan.length != dt {
-            self.plan = self.schedule.plan(model, dt);
+            self.plan = self.schedule.plan(self.as_held.as_ref().unwrap_or(model), dt);
         }
     }
 }
 
 /// Advances by one step of `dt` seconds under what acts from outside.
 pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
+    work.follow(model, inputs); // what is held -> levels
     work.plan(model, dt); // dt -> parts of the step
-    let Work { forces, integrator, filter, pool, plan, ends, .. } = work;
-    let stride = Stride { model, inputs, plan };
+    let Work { as_held, forces, integrator, filter, pool, plan, ends, .. } = work;
+    let stride = Stride { model: as_held.as_ref().unwrap_or(model), inputs, plan };
     pool.install(|| {
-        state.follow(model, pool); // origins stay near cloths that travel
-        filter::hold(stride, state, filter); // paths, hands -> v of what is held
+        state.follow(stride.model, pool); // origins stay near cloths that travel
+        filter::hold(stride, state); // paths, targets, hands -> v of what is held
         let evaluations = integrate::propose(stride, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
         let limited = filter::apply(stride, state, ends, filter, pool); // x*, v* -> admissible ones
         integrate::advance(stride, state, ends, forces, integrator, pool); // x = x*
@@ -91,19 +121,25 @@ pub fn glance(model: &Model, state: &State, work: &mut Work) -> Glance {
 
 /// Examines a state without advancing it.
 pub fn inspect(model: &Model, state: &State, inputs: &Inputs, work: &mut Work) -> StateReport {
-    let Work { health, pool, .. } = work;
+    work.follow(model, inputs);
+    let Work { as_held, health, pool, .. } = work;
+    let model = as_held.as_ref().unwrap_or(model);
     pool.install(|| health::inspect(model, state, inputs, health, pool))
 }
 
 /// Gravity, drag and wind on a state: the accelerations of all particles [m/s^2].
 pub fn external<'a>(model: &Model, state: &State, inputs: &Inputs, work: &'a mut Work) -> &'a Vectors {
-    let Work { forces, pool, plan, .. } = work;
+    work.follow(model, inputs);
+    let Work { as_held, forces, pool, plan, .. } = work;
+    let model = as_held.as_ref().unwrap_or(model);
     pool.install(|| crate::forces::external(Stride { model, inputs, plan }, state, forces, pool));
     forces.acceleration()
 }
 
 /// Moves the particles of a state from elsewhere until no spring is over its limit; see [`filter::admit`].
 pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work) {
-    let Work { filter, pool, plan, .. } = work;
+    work.follow(model, inputs);
+    let Work { as_held, filter, pool, plan, .. } = work;
+    let model = as_held.as_ref().unwrap_or(model);
     pool.install(|| filter::admit(Stride { model, inputs, plan }, state, filter, pool));
 }

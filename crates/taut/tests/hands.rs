@@ -39,7 +39,7 @@ fn a_hand_goes_straight_at_its_speed_and_stays_at_its_target() {
     let mut run = held_sheet("none", 0.0);
     let home = run.state.positions.get(HELD as usize);
     let target = home + Vec3::new(-0.3, 0.4, 0.0);
-    run.work.hands().lead(HELD, target, 2.0);
+    run.inputs.grips.lead(HELD, target, 2.0);
     for step in 1..=240 {
         run.steps(1);
         // 0.5 m at 2 m/s take 0.25 s; it slows down over the last 2 / 60 m.
@@ -51,7 +51,7 @@ fn a_hand_goes_straight_at_its_speed_and_stays_at_its_target() {
     }
     run.steps(1200);
     assert!(run.state.positions.get(HELD as usize).distance(target) < 1e-4);
-    run.work.hands().release(HELD);
+    run.inputs.grips.release(HELD);
     run.steps(600);
     assert!(run.state.positions.get(HELD as usize).distance(target) > 0.1, "let go, it falls");
 }
@@ -61,13 +61,13 @@ fn a_strong_hand_is_followed_and_a_fast_one_never_breaks_the_limit() {
     let mut run = held_sheet("coarse_to_fine", 0.1);
     let home = run.state.positions.get(HELD as usize);
     let gap = |run: &Simulation, target: Vec3| run.state.positions.get(HELD as usize).distance(target);
-    run.work.hands().lead(HELD, home + Vec3::new(-0.3, 0.3, 0.2), 3.0);
+    run.inputs.grips.lead(HELD, home + Vec3::new(-0.3, 0.3, 0.2), 3.0);
     run.steps(240);
     assert!(gap(&run, home + Vec3::new(-0.3, 0.3, 0.2)) < 0.01, "it holds the sheet's weight where it was asked to");
     let mut cuts = 0;
     for turn in 0..24_u8 {
         let corner = Vec3::new(-1.5, f32::from(turn % 3) - 1.0, f32::from(turn % 2) * 2.0 - 1.0) * 3.0;
-        run.work.hands().lead(HELD, home + corner, 40.0);
+        run.inputs.grips.lead(HELD, home + corner, 40.0);
         for _ in 0..10 {
             cuts += run.steps(1).cuts;
             assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING);
@@ -79,7 +79,7 @@ fn a_strong_hand_is_followed_and_a_fast_one_never_breaks_the_limit() {
 #[test]
 fn a_hand_that_pulls_too_far_stays_behind_and_the_chain_is_taut() {
     let mut run = chain(json!([{ "vertices": [0] }]));
-    run.work.hands().lead(10, Vec3::new(5.0, 0.0, 0.0), 4.0);
+    run.inputs.grips.lead(10, Vec3::new(5.0, 0.0, 0.0), 4.0);
     run.steps(480);
     let tip = run.state.positions.get(10);
     assert!(f64::from(tip.x) <= 1.05 * (1.0 + ROUNDING) && tip.x > 1.03, "the chain of 1.05 m at most reaches {tip}");
@@ -88,10 +88,10 @@ fn a_hand_that_pulls_too_far_stays_behind_and_the_chain_is_taut() {
 #[test]
 fn pins_moved_off_their_paths_arrive_or_wait_and_come_back() {
     let mut run = chain(json!([{ "vertices": [0] }, { "vertices": [10] }]));
-    run.work.hands().shift(1, DVec3::new(-0.2, 0.0, 0.3), 1.0);
+    run.inputs.grips.shift(1, DVec3::new(-0.2, 0.0, 0.3), 1.0);
     run.steps(240);
     assert!(run.state.positions.get(10).distance(Vec3::new(0.8, 0.0, 0.3)) < 1e-6);
-    run.work.hands().shift(1, DVec3::new(2.0, 0.0, 0.0), 5.0);
+    run.inputs.grips.shift(1, DVec3::new(2.0, 0.0, 0.0), 5.0);
     let mut farthest = 0.0_f32;
     for _ in 0..480 {
         run.steps(1);
@@ -99,7 +99,7 @@ fn pins_moved_off_their_paths_arrive_or_wait_and_come_back() {
         farthest = farthest.max(run.state.positions.get(10).x);
     }
     assert!(farthest > 1.0, "3 m were asked for, the chain of 1 m allows 1.05 m, the pin went to {farthest} m");
-    run.work.hands().shift(1, DVec3::ZERO, 5.0);
+    run.inputs.grips.shift(1, DVec3::ZERO, 5.0);
     run.steps(480);
     assert!(run.state.positions.get(10).distance(Vec3::X) < 1e-6);
 }
@@ -107,18 +107,18 @@ fn pins_moved_off_their_paths_arrive_or_wait_and_come_back() {
 #[test]
 fn a_state_from_elsewhere_is_brought_within_the_limit_and_goes_on() {
     let mut bare = held_sheet("none", 0.0);
-    bare.work.hands().lead(HELD, Vec3::new(1.5, 0.8, 0.3), 2.0);
+    bare.inputs.grips.lead(HELD, Vec3::new(1.5, 0.8, 0.3), 2.0);
     bare.steps(1200);
     let mut run = held_sheet("coarse_to_fine", 0.0);
     run.state.clone_from(&bare.state);
     assert!(worst(&run.model, &run.state) > 1.5, "the bare sheet is stretched: {}", worst(&run.model, &run.state));
-    admit(&run.model, &mut run.state, &run.model.inputs, &mut run.work);
+    admit(&run.model, &mut run.state, &run.inputs, &mut run.work);
     assert!(worst(&run.model, &run.state) <= 1.0);
     for &pin in &run.model.pins[0].particles {
         assert_eq!(run.state.positions.get(pin as usize), run.model.particles.rest.get(pin as usize));
     }
     let before = run.state.clone();
-    admit(&run.model, &mut run.state, &run.model.inputs, &mut run.work);
+    admit(&run.model, &mut run.state, &run.inputs, &mut run.work);
     assert_eq!(run.state, before, "what is within the limit is left as it is");
     assert_eq!(run.steps(240).cuts, 0);
     let way = run.state.positions.get(HELD as usize).distance(before.positions.get(HELD as usize));

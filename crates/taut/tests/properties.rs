@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use taut::filter::{Filter, apply};
 use taut::forces::{Forces, elastic_energy, kick};
 use taut::geometry::{Pool, Vectors};
+use taut::inputs::{Grips, Target};
 use taut::model::Model;
 use taut::state::{Clock, State};
 use taut::step::{glance, step};
@@ -145,8 +146,12 @@ proptest! {
     fn a_snapshot_reads_back_as_itself_and_a_damaged_one_is_refused((points, links, velocities) in nets(), at: usize) {
         let model = model(&net(&points, &links, "none", true));
         let state = State { clock: Clock::after(at as u64, 0.1), ..with_velocities(&model, &velocities) };
-        let bytes = state.to_bytes(&model);
-        prop_assert_eq!(State::from_bytes(&bytes, &model), Ok(state));
+        let mut grips = Grips::default();
+        grips.hold(0, Target { place: DVec3::new(1.0, -2.0, 3.0), arrival: 0.7 });
+        grips.lead(1, DVec3::Y, 2.5);
+        grips.shift(0, DVec3::X, f64::INFINITY);
+        let bytes = state.to_bytes(&model, &grips);
+        prop_assert_eq!(State::from_bytes(&bytes, &model), Ok((state, grips)));
         let mut damaged = bytes.clone();
         damaged[at % bytes.len()] ^= 1;
         prop_assert!(State::from_bytes(&damaged, &model).is_err());

@@ -3,10 +3,8 @@
 //! What is held goes where its path or a hand says; then a strain limit makes the rest fit.
 
 mod hands;
-mod pins;
+mod held;
 mod strain_limit;
-
-pub use hands::Hands;
 
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
@@ -30,40 +28,32 @@ pub struct Limited {
     pub lost_motion: f64,
 }
 
-/// The filter of a model with its workspace, and the hands that hold its particles.
+/// The filter of a model with its workspace.
 pub struct Filter {
     strain_limit: Box<dyn StrainLimit>,
-    hands: Hands,
 }
 
 impl Filter {
     /// The filter that the model's solver asks for, set up for steps that are planned like this one.
     #[must_use]
     pub fn new(model: &Model, plan: &Plan) -> Self {
-        Self { strain_limit: strain_limit::new(model, plan), hands: Hands::default() }
-    }
-
-    /// The hands.
-    pub fn hands(&mut self) -> &mut Hands {
-        &mut self.hands
+        Self { strain_limit: strain_limit::new(model, plan) }
     }
 }
 
-/// Gives what is held the velocity that its path or its hand asks for in this step.
-pub fn hold(stride: Stride<'_>, state: &mut State, filter: &mut Filter) {
-    filter.hands.start(stride.plan.length);
-    pins::hold(stride, state, &filter.hands);
-    filter.hands.hold(stride, state);
+/// Gives what is held the velocity that its path, its target or its hand asks for in this step.
+pub fn hold(stride: Stride<'_>, state: &mut State) {
+    hands::start(stride, state);
+    held::hold(stride, state);
+    hands::hold(stride, state);
 }
 
 /// Makes the step admissible: its ends [m], and the velocities that lead there.
 pub fn apply(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, filter: &mut Filter, pool: &Pool) -> Limited {
-    let Filter { strain_limit, hands } = filter;
-    pins::place(stride, state, hands, ends);
-    hands.place(stride, state, ends);
-    let limited = strain_limit.apply(stride, state, ends, pool);
-    let end = state.clock.next(stride.plan.length).time();
-    hands.finish(stride, &state.origins, ends, end, limited.held_back_pins > 0);
+    held::place(stride, state, ends);
+    hands::place(stride, state, ends);
+    let limited = filter.strain_limit.apply(stride, state, ends, pool);
+    hands::finish(stride, state, ends, limited.held_back_pins > 0);
     limited
 }
 

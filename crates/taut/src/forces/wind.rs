@@ -38,7 +38,7 @@ pub(super) struct Wind {
 impl Wind {
     fn new(model: &Model) -> Self {
         let (particles, panels) = (model.particle_count(), model.panels.corners.len());
-        let Panels { corners, around, .. } = &model.panels;
+        let Panels { corners, around, .. } = &*model.panels;
         Self {
             relative: Vectors::zeros(particles),
             panels: vec![Vec4::ZERO; panels],

@@ -2,6 +2,7 @@
 
 mod air;
 mod flow;
+mod grips;
 mod paths;
 mod reach;
 mod track;
@@ -10,6 +11,7 @@ use glam::DVec3;
 
 pub use air::{Air, OCTAVES, Wave};
 pub use flow::{Flows, Outflow, Vortex};
+pub use grips::{Grips, Lead, Shift, Target};
 pub use paths::Paths;
 pub use track::Track;
 
@@ -25,6 +27,8 @@ pub struct Inputs {
     pub air: Option<Air>,
     /// Where the pins of the scene go.
     pub pins: Paths,
+    /// What a user holds.
+    pub grips: Grips,
 }
 
 impl Inputs {
@@ -36,7 +40,7 @@ impl Inputs {
         let pins = Paths::new(scene);
         reach::check(&pins, model)?;
         let gravity = Track::constant(DVec3::from_array(scene.gravity()));
-        Ok(Self { gravity, air: scene.wind.as_ref().map(Air::new), pins })
+        Ok(Self { gravity, air: scene.wind.as_ref().map(Air::new), pins, grips: Grips::default() })
     }
 
     /// The largest rate at which the air slows a particle [1/s].

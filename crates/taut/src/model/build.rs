@@ -1,6 +1,7 @@
 //! A scene becomes a model.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::DVec3;
 use xxhash_rust::xxh3::Xxh3;
@@ -8,9 +9,9 @@ use xxhash_rust::xxh3::Xxh3;
 use super::bending::{CurvedCloth, Row};
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Hierarchy, Lattice,
-    LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
-    curve::CurvesOfCloth, grid, hierarchy, mesh, network, numbering, pins, rates, rates::Rates, suits, weights,
+    Adjacency, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice, LevelRate,
+    Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
+    curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, rates, rates::Rates, suits, weights,
 };
 use crate::geometry::{Vectors, turn};
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source};
@@ -230,6 +231,7 @@ impl Assembly {
             curved: cloth.curves.as_ref().is_some_and(|curves| curves.tension.is_some() || curves.shear.is_some()),
             bends: cloth.bending() > 0.0 || bends_along > 0,
             curvatures: first_row..first_row + bends_along,
+            is_network: cloth.network.is_some(),
             lattice: None,
             hierarchy: None,
             index: self.cloths.len(),
@@ -273,8 +275,9 @@ impl Assembly {
             range.linked = if is_linked { linked.next() } else { None };
         }
         let rates = Rates::new(&self.particles, &springs, &bending, self.drag_rate, self.wind_rate);
+        let filter = scene.solver.filter;
         let of_cloths = rates::of_cloths(&self.cloths, &self.particles, &springs, &bending);
-        let hierarchies = hierarchies(scene, &mut self.cloths, &self.particles, &springs, &self.triangles, &of_cloths);
+        let hierarchies = levels(filter, &mut self.cloths, &self.particles, &springs, &self.triangles, &lattices, &of_cloths);
         self.warnings.extend(suits::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
         let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();
@@ -291,61 +294,29 @@ impl Assembly {
         });
         let curved = CurvedSprings { links: Adjacency::new(count, both_ways), curves: self.curves };
         Ok(Model {
-            lattices,
-            hierarchies,
-            links,
-            curved,
-            bending,
+            lattices: lattices.into(),
+            hierarchies: hierarchies.into(),
+            links: links.into(),
+            curved: curved.into(),
+            bending: bending.into(),
             fingerprint: fingerprint(scene, &self.particles.rest, &springs),
-            panels: Panels {
+            panels: Arc::new(Panels {
                 around: Adjacency::new(count, around),
                 corners: self.panels.iter().map(|panel| panel.corners).collect(),
                 share: self.panels.iter().map(|panel| 1.0 / panel.distinct().len() as f32).collect(),
-            },
-            triangles: self.triangles,
+            }),
+            triangles: self.triangles.into(),
             cloths: self.cloths,
             origins: self.origins,
-            numbering: self.numbering,
+            numbering: self.numbering.into(),
             particles: self.particles,
-            springs,
-            pins: self.pins,
+            springs: springs.into(),
+            pins: self.pins.into(),
             solver: scene.solver.clone(),
             rates,
             warnings: self.warnings,
         })
     }
-}
-
-/// Levels, for filters that work on them, and how fast they vibrate, for steps that scale masses.
-fn hierarchies(
-    scene: &Scene,
-    cloths: &mut [ClothRange],
-    particles: &Particles,
-    springs: &Springs,
-    triangles: &[[u32; 3]],
-    rates: &[(LevelRate, f64)],
-) -> Vec<Hierarchy> {
-    let mut hierarchies = Vec::new();
-    for (range, (fastest, _)) in cloths.iter_mut().zip(rates) {
-        range.fastest = *fastest;
-    }
-    if scene.solver.filter != FilterKind::CoarseToFine {
-        return hierarchies;
-    }
-    for (cloth, range) in scene.cloth.iter().zip(cloths) {
-        if range.lattice.is_none() {
-            range.hierarchy = Some(hierarchies.len());
-            hierarchies.push(Hierarchy::new(range, particles, springs, triangles));
-        }
-        let (finest, bending) = rates[range.index];
-        range.heaviest = particles.heaviest(range);
-        range.rates = match (&cloth.grid, range.hierarchy) {
-            (Some(grid), None) => hierarchy::of_grid(grid.cells, particles.free_masses(range), finest),
-            (_, Some(index)) if cloth.network.is_none() => hierarchy::of_hierarchy(&hierarchies[index], range, springs, bending),
-            _ => Vec::new(),
-        };
-    }
-    hierarchies
 }
 
 /// Second derivatives of a cloth that resists bending as a plate, in its size and place at rest.

@@ -4,6 +4,7 @@ mod adjacency;
 mod bending;
 mod build;
 mod curve;
+mod free;
 mod grid;
 mod hierarchy;
 mod lattice;
@@ -22,6 +23,7 @@ mod weights;
 mod winding;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 pub use adjacency::Adjacency;
 pub use bending::{Bend, Bending, Buckling, Curvatures, Share};
@@ -39,35 +41,36 @@ pub use surface::{Search, Surface};
 use crate::geometry::Vectors;
 use crate::scene::Solver;
 
-/// Everything about a scene that does not change while it runs.
-#[derive(Debug)]
+/// Everything about a scene that does not change while it runs. What does not depend on which particles are held may be shared with
+/// other models of the scene: see [`Model::holding`].
+#[derive(Debug, Clone)]
 pub struct Model {
     /// Where each cloth's particles are, in the scene's order.
     pub cloths: Vec<ClothRange>,
     /// Where the coordinates of each cloth begin.
     pub origins: Vec<Origin>,
     /// Which particle each of the user's vertices is.
-    pub numbering: Numbering,
+    pub numbering: Arc<Numbering>,
     /// The particles of all cloths.
     pub particles: Particles,
     /// The springs of all cloths.
-    pub springs: Springs,
+    pub springs: Arc<Springs>,
     /// The springs of each particle that are not in a lattice.
-    pub links: Adjacency<Link>,
+    pub links: Arc<Adjacency<Link>>,
     /// The springs that follow measured curves, of all particles.
-    pub curved: CurvedSprings,
+    pub curved: Arc<CurvedSprings>,
     /// What resists bending.
-    pub bending: Bending,
+    pub bending: Arc<Bending>,
     /// The triangles of all cloths, as they are shown: particles counter-clockwise seen from the front.
-    pub triangles: Vec<[u32; 3]>,
+    pub triangles: Arc<[[u32; 3]]>,
     /// The same surface as masses and wind see it.
-    pub panels: Panels,
+    pub panels: Arc<Panels>,
     /// The regular grids among the cloths, for kernels that need no lists of neighbours.
-    pub lattices: Vec<Lattice>,
+    pub lattices: Arc<[Lattice]>,
     /// The levels of the other cloths, if the filter works on levels.
-    pub hierarchies: Vec<Hierarchy>,
+    pub hierarchies: Arc<[Hierarchy]>,
     /// Held particles.
-    pub pins: Vec<PinGroup>,
+    pub pins: Arc<[PinGroup]>,
     /// Integrator and filter.
     pub solver: Solver,
     /// How fast it can vibrate.
@@ -97,6 +100,8 @@ pub struct ClothRange {
     pub bends: bool,
     /// Its rows of second derivatives, if their moment follows a curve.
     pub curvatures: Range<usize>,
+    /// Whether it is a network, whose masses are never scaled.
+    pub is_network: bool,
     /// Which of the model's lattices it is, if it is a grid.
     pub lattice: Option<usize>,
     /// Which of the model's hierarchies is its, if it has one.
@@ -133,7 +138,7 @@ impl ClothRange {
 }
 
 /// The particles of all cloths.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Particles {
     /// Positions at the start, from the origin of their cloth, where all springs are at rest [m].
     pub rest: Vectors,
@@ -206,8 +211,7 @@ impl Model {
     /// If there is no such particle.
     #[must_use]
     pub fn cloth_of(&self, particle: usize) -> usize {
-        let cloth = self.cloths.iter().position(|cloth| cloth.particles().contains(&particle));
-        cloth.expect("every particle belongs to a cloth")
+        self.cloths.partition_point(|cloth| cloth.particles().end <= particle)
     }
 
     /// The number of particles.

@@ -36,6 +36,14 @@ impl Default for Wind {
     }
 }
 
+impl Wind {
+    /// The wind as JSON.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("plain data with string keys always serialises")
+    }
+}
+
 /// Where the wind force is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]

@@ -117,6 +117,26 @@ impl Schedule {
         Plan::new(model, length, &self.unhurried)
     }
 
+    /// Checks the length of a step that nobody chose for the scene. Springs and dampers bound it, the air does not: what it does in
+    /// a step that is too long for it only slows (docs/equations.md, "Steps that are too long for the air").
+    ///
+    /// # Errors
+    /// Says how long a step may be.
+    pub fn check(&self, model: &Model, length: f64) -> Result<(), BadLength> {
+        // The scene's own step has been checked.
+        if length == self.step_length {
+            return Ok(());
+        }
+        let bound = if is_divided(&model.solver) {
+            MOST_STEPS * SAFETY * of_euler(model.rates.frequency_squared, 0.0)
+        } else if model.solver.force_step {
+            f64::INFINITY
+        } else {
+            stability::bound(&model.solver, &model.rates, 0.0)
+        };
+        if length > 0.0 && length.is_finite() && length <= bound { Ok(()) } else { Err(BadLength { length, bound }) }
+    }
+
     /// What is to be said: one cloth makes the steps of all much shorter; the integrator lets vibrations grow.
     pub fn cautions(&self, model: &Model) -> impl Iterator<Item = String> {
         self.culprit.clone().into_iter().chain(self.caution(model))
@@ -130,6 +150,19 @@ impl Schedule {
             self.bound * 1e3
         ))
     }
+}
+
+/// A step that cannot be taken.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "dt = {length} s: must be above 0 and at most {bound:.3e} s, the stability bound of the springs; take more steps that are shorter, \
+     or leave dt out"
+)]
+pub struct BadLength {
+    /// What was asked for [s].
+    pub length: f64,
+    /// The longest one [s].
+    pub bound: f64,
 }
 
 /// The largest stable step of a model under what acts on it [s]; infinite if nothing acts.

@@ -4,7 +4,7 @@ mod choice;
 mod parts;
 mod stability;
 
-pub use choice::Schedule;
+pub use choice::{BadLength, Schedule};
 pub use parts::{ClothPlan, Plan, ScaledTiming};
 
 use crate::inputs::Inputs;

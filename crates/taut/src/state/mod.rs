@@ -6,7 +6,7 @@ mod stretch;
 mod world;
 
 use glam::{DVec3, Vec3};
-use xxhash_rust::xxh3::Xxh3;
+use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
 pub use clock::Clock;
 pub use snapshot::SnapshotError;
@@ -28,6 +28,25 @@ pub struct State {
     pub clock: Clock,
     /// What a two-step integrator remembers.
     pub past: Past,
+    /// How far each pin group of the model is off its path.
+    pub offsets: Vec<Offset>,
+}
+
+/// A pin group on its way to a place beside its path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Offset {
+    /// How far it is off its path [m].
+    pub now: DVec3,
+    /// Where it was last asked to go [m], and the part of its speed that the cloth followed lately [1].
+    pub target: DVec3,
+    /// See `target`.
+    pub pace: f64,
+}
+
+impl Default for Offset {
+    fn default() -> Self {
+        Self { now: DVec3::ZERO, target: DVec3::ZERO, pace: 1.0 }
+    }
 }
 
 /// The last step, as a two-step integrator needs it; empty with all others, and zero before the first step.
@@ -69,6 +88,13 @@ pub struct Moment<'a> {
     pub time: f64,
 }
 
+impl Offset {
+    fn numbers(&self) -> [f64; 7] {
+        let Self { now, target, pace } = self;
+        [now.x, now.y, now.z, target.x, target.y, target.z, *pace]
+    }
+}
+
 impl State {
     /// The model at rest where the scene put it.
     #[must_use]
@@ -80,7 +106,8 @@ impl State {
     #[must_use]
     pub fn at(model: &Model, positions: Vectors, velocities: Vectors, clock: Clock) -> Self {
         let origins = model.origins.iter().map(|origin| origin.at).collect();
-        Self { origins, positions, velocities, clock, past: Past::none(model) }
+        let offsets = vec![Offset::default(); model.pins.len()];
+        Self { origins, positions, velocities, clock, past: Past::none(model), offsets }
     }
 
     /// Time since the start [s].
@@ -104,6 +131,7 @@ impl State {
         self.past.gains.copy_on(&other.past.gains, pool);
         self.past.length = other.past.length;
         self.clock = other.clock;
+        self.offsets.clone_from(&other.offsets);
     }
 
     /// The state with its vectors in the order of the user's vertices.
@@ -122,15 +150,18 @@ impl State {
         let Past { displacements, gains, length } = &self.past;
         let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
         let (positions, velocities) = (order(&self.positions), order(&self.velocities));
-        Self { origins: self.origins.clone(), positions, velocities, clock: self.clock, past }
+        let (origins, offsets) = (self.origins.clone(), self.offsets.clone());
+        Self { origins, positions, velocities, clock: self.clock, past, offsets }
     }
 
     /// XXH3 hash of all local positions, then all velocities and then the past, if any, each as x, y, z in little-endian `f32`, and
-    /// of the origins; see [`hash_of`].
+    /// of the origins; see [`hash_of`]. Offsets that pins have count as well.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let past = self.past.displacements.iter().chain(self.past.gains.iter());
-        hash_of(self.positions.iter().chain(self.velocities.iter()).chain(past), &self.origins)
+        let hash = hash_of(self.positions.iter().chain(self.velocities.iter()).chain(past), &self.origins);
+        let moved = self.offsets.iter().filter(|offset| **offset != Offset::default());
+        moved.flat_map(Offset::numbers).fold(hash, |hash, number| hash.rotate_left(17) ^ xxh3_64(&number.to_le_bytes()))
     }
 }
 

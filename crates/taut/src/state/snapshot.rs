@@ -1,23 +1,22 @@
-//! A state as bytes, and back.
+//! A state, and what a user holds, as bytes, and back.
 
 use glam::DVec3;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::{Clock, Past, State};
+use super::{Clock, Offset, Past, State};
 use crate::geometry::Vectors;
+use crate::inputs::{Grips, Target};
 use crate::model::Model;
 
 /// First bytes of every snapshot; the last one is the version of the layout.
-const MAGIC: [u8; 8] = *b"TAUTSNP3";
-/// Magic, fingerprint of the model, steps and time, length of the past step.
-const HEADER: usize = 56;
+const MAGIC: [u8; 8] = *b"TAUTSNP4";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not ours at all.
-    #[error("these bytes are not a taut snapshot (version 3)")]
+    #[error("these bytes are not a taut snapshot (version 4)")]
     NotASnapshot,
     /// Cut short or altered.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -28,62 +27,125 @@ pub enum SnapshotError {
 }
 
 impl State {
-    /// The state as bytes: magic, fingerprint, steps and time, the origins (little-endian `f64`), the coordinate arrays of positions,
-    /// velocities and the past, if any
-    /// (little-endian `f32`), XXH3 of all these.
+    /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
+    /// arrays of positions, velocities and the past, if any, offsets of pins, held particles, hands, moved pins, XXH3 of all these.
     #[must_use]
-    pub fn to_bytes(&self, model: &Model) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(HEADER + 24 * self.positions.len() + CHECKSUM);
+    pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(128 + 24 * self.positions.len() + 24 * self.past.gains.len());
         bytes.extend(MAGIC);
-        bytes.extend(model.fingerprint.to_le_bytes());
         let Clock { steps, start, run, length } = self.clock;
-        for number in [steps, start.to_bits(), run, length.to_bits(), self.past.length.to_bits()] {
-            bytes.extend(number.to_le_bytes());
-        }
+        let numbers = [model.fingerprint, steps, start.to_bits(), run, length.to_bits(), self.past.length.to_bits()];
+        bytes.extend(numbers.into_iter().flat_map(u64::to_le_bytes));
         bytes.extend(self.origins.iter().flat_map(|origin| origin.to_array()).flat_map(f64::to_le_bytes));
         let all = [&self.positions, &self.velocities, &self.past.displacements, &self.past.gains];
-        for column in all.into_iter().flat_map(columns) {
+        for column in all.into_iter().flat_map(|vectors| [&vectors.x, &vectors.y, &vectors.z]) {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
+        }
+        bytes.extend(self.offsets.iter().flat_map(Offset::numbers).flat_map(f64::to_le_bytes));
+        bytes.extend((grips.particles().len() as u64).to_le_bytes());
+        for (particle, Target { place, arrival }) in grips.held() {
+            bytes.extend(particle.to_le_bytes());
+            bytes.extend(place.to_array().into_iter().chain([arrival]).flat_map(f64::to_le_bytes));
+        }
+        bytes.extend((grips.leads().len() as u64).to_le_bytes());
+        for lead in grips.leads() {
+            bytes.extend(lead.particle.to_le_bytes());
+            bytes.extend(lead.target.to_array().into_iter().flat_map(f64::to_le_bytes));
+            bytes.extend(lead.speed.to_le_bytes());
+        }
+        bytes.extend((grips.shifts().len() as u64).to_le_bytes());
+        for shift in grips.shifts() {
+            bytes.extend((shift.group as u64).to_le_bytes());
+            bytes.extend(shift.target.to_array().into_iter().chain([shift.speed]).flat_map(f64::to_le_bytes));
         }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
         bytes
     }
 
-    /// The state that [`Self::to_bytes`] wrote for an equal model.
+    /// What [`Self::to_bytes`] wrote for an equal model.
     ///
     /// # Errors
     /// See [`SnapshotError`].
-    pub fn from_bytes(bytes: &[u8], model: &Model) -> Result<Self, SnapshotError> {
-        if !bytes.starts_with(&MAGIC) || bytes.len() < HEADER + CHECKSUM {
+    pub fn from_bytes(bytes: &[u8], model: &Model) -> Result<(Self, Grips), SnapshotError> {
+        if !bytes.starts_with(&MAGIC) || bytes.len() < MAGIC.len() + CHECKSUM {
             return Err(SnapshotError::NotASnapshot);
         }
         let (content, checksum) = bytes.split_at(bytes.len() - CHECKSUM);
         if xxh3_64(content).to_le_bytes() != *checksum {
             return Err(SnapshotError::Damaged);
         }
-        let number = |at: usize| content[at..at + 8].iter().rev().fold(0_u64, |value, &byte| value << 8 | u64::from(byte));
-        let count = model.particle_count();
-        let of_past = Past::none(model).gains.len();
-        let cloths = model.cloths.len();
-        if number(8) != model.fingerprint || content.len() != HEADER + 24 * (cloths + count + of_past) {
-            return Err(SnapshotError::OtherModel);
-        }
-        let (origins, vectors) = content[HEADER..].split_at(24 * cloths);
-        let part = |at: usize| f64::from_bits(u64::from_le_bytes(std::array::from_fn(|byte| origins[8 * at + byte])));
-        let origins = (0..cloths).map(|cloth| DVec3::new(part(3 * cloth), part(3 * cloth + 1), part(3 * cloth + 2))).collect();
-        let mut values = vectors.chunks_exact(4).map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]));
-        let mut vectors = |count| {
-            let mut column = || values.by_ref().take(count).collect::<Vec<f32>>();
-            Vectors { x: column(), y: column(), z: column() }
-        };
-        let (positions, velocities) = (vectors(count), vectors(count));
-        let real = |at: usize| f64::from_bits(number(at));
-        let past = Past { displacements: vectors(of_past), gains: vectors(of_past), length: real(48) };
-        let clock = Clock { steps: number(16), start: real(24), run: number(32), length: real(40) };
-        Ok(Self { origins, positions, velocities, clock, past })
+        let mut reader = Reader(&content[MAGIC.len()..]);
+        reader.read(model).filter(|_| reader.0.is_empty()).ok_or(SnapshotError::OtherModel)
     }
 }
 
-fn columns(vectors: &Vectors) -> [&Vec<f32>; 3] {
-    [&vectors.x, &vectors.y, &vectors.z]
+/// What has not been read yet.
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    /// Nothing if the bytes are not those of such a model.
+    fn read(&mut self, model: &Model) -> Option<(State, Grips)> {
+        if self.whole()? != model.fingerprint {
+            return None;
+        }
+        let clock = Clock { steps: self.whole()?, start: self.real()?, run: self.whole()?, length: self.real()? };
+        let length = self.real()?;
+        let (count, of_past) = (model.particle_count(), Past::none(model).gains.len());
+        let origins = model.cloths.iter().map(|_| self.place()).collect::<Option<_>>()?;
+        let (positions, velocities) = (self.vectors(count)?, self.vectors(count)?);
+        let past = Past { displacements: self.vectors(of_past)?, gains: self.vectors(of_past)?, length };
+        let mut state =
+            State { origins, positions, velocities, past, ..State::at(model, Vectors::default(), Vectors::default(), clock) };
+        for offset in &mut state.offsets {
+            *offset = Offset { now: self.place()?, target: self.place()?, pace: self.real()? };
+        }
+        let mut grips = Grips::default();
+        for _ in 0..self.whole()? {
+            let particle = self.particle(count)?;
+            grips.hold(particle, Target { place: self.place()?, arrival: self.real()? });
+        }
+        for _ in 0..self.whole()? {
+            let particle = self.particle(count)?;
+            grips.lead(particle, self.place()?, self.single()?);
+        }
+        for _ in 0..self.whole()? {
+            let group = usize::try_from(self.whole()?).ok().filter(|group| *group < model.pins.len())?;
+            grips.shift(group, self.place()?, self.real()?);
+        }
+        Some((state, grips))
+    }
+
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (first, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*first)
+    }
+
+    fn whole(&mut self) -> Option<u64> {
+        self.take().map(u64::from_le_bytes)
+    }
+
+    fn real(&mut self) -> Option<f64> {
+        self.take().map(f64::from_le_bytes)
+    }
+
+    fn single(&mut self) -> Option<f32> {
+        self.take().map(f32::from_le_bytes)
+    }
+
+    fn particle(&mut self, count: usize) -> Option<u32> {
+        self.take().map(u32::from_le_bytes).filter(|particle| (*particle as usize) < count)
+    }
+
+    fn place(&mut self) -> Option<DVec3> {
+        Some(DVec3::new(self.real()?, self.real()?, self.real()?))
+    }
+
+    fn vectors(&mut self, count: usize) -> Option<Vectors> {
+        let (columns, rest) = self.0.split_at_checked(12 * count)?;
+        self.0 = rest;
+        let mut values = columns.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes));
+        let mut column = || values.by_ref().take(count).collect();
+        Some(Vectors { x: column(), y: column(), z: column() })
+    }
 }

@@ -8,7 +8,7 @@ use std::ops::Deref;
 
 use glam::DVec3;
 use serde_json::{Value, json};
-use taut::advance::{Summary, advance};
+use taut::advance::{Failure, Summary, advance};
 use taut::forces::{Forces, external};
 use taut::geometry::{Pool, Vectors};
 use taut::inputs::Inputs;
@@ -61,8 +61,8 @@ pub fn build(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Built
 
 pub struct Simulation {
     pub model: Built,
+    pub inputs: Inputs,
     pub state: State,
-    before: State,
     pub work: Work,
 }
 
@@ -82,12 +82,17 @@ impl Simulation {
     pub fn with_threads(model: Built, threads: usize) -> Self {
         let state = State::new(&model);
         let work = Work::new(&model, &model.schedule, threads);
-        Self { before: state.clone(), model, state, work }
+        Self { inputs: model.inputs.clone(), model, state, work }
     }
 
     pub fn steps(&mut self, count: u64) -> Summary {
-        let Self { model, state, before, work } = self;
-        advance(model, state, before, &model.inputs, model.schedule.step_length, work, count).expect("stays finite")
+        self.try_steps(count, self.step_length()).expect("stays finite")
+    }
+
+    /// Steps of another length [s].
+    pub fn try_steps(&mut self, count: u64, dt: f64) -> Result<Summary, Failure> {
+        let Self { model, inputs, state, work } = self;
+        advance(model, state, inputs, dt, count, work)
     }
 
     pub fn step_length(&self) -> f64 {

@@ -54,8 +54,14 @@ impl Sequential {
 fn breadth_first(model: &Model, neighbours: &Adjacency<(u32, u32)>) -> Vec<u32> {
     let count = model.particle_count();
     let (mut seen, mut order) = (vec![false; count], Vec::with_capacity(count));
-    let mut queue: VecDeque<u32> = model.pins.iter().flat_map(|group| group.particles.iter().copied()).collect();
-    queue.iter().for_each(|&pin| seen[pin as usize] = true);
+    let pins = model.pins.iter().flat_map(|group| group.particles.iter().copied());
+    let held = (0..count as u32).filter(|&particle| model.particles.inverse_mass[particle as usize] == 0.0);
+    let mut queue = VecDeque::new();
+    for particle in pins.chain(held) {
+        if !std::mem::replace(&mut seen[particle as usize], true) {
+            queue.push_back(particle);
+        }
+    }
     for start in 0..=count {
         while let Some(particle) = queue.pop_front() {
             order.push(particle);

@@ -36,10 +36,9 @@ pub fn shares(borne: f64, rates: impl ExactSizeIterator<Item = f64>) -> Vec<f64>
     shares
 }
 
-/// Rates of a grid with these masses [kg], nothing for what is held, whose finest level has `finest`: from one to the next they
+/// Rates of a grid of so many columns and rows with these masses [kg], nothing for what is held, whose finest level has `finest`: from one to the next they
 /// fall to a quarter.
-pub(in crate::model) fn of_grid(cells: [u32; 2], mut masses: Vec<f64>, finest: LevelRate) -> Vec<LevelRate> {
-    let [mut columns, mut rows] = cells.map(|cells| cells as usize + 1);
+pub(in crate::model) fn of_grid([mut columns, mut rows]: [usize; 2], mut masses: Vec<f64>, finest: LevelRate) -> Vec<LevelRate> {
     let (mut rates, mut rate, all) = (vec![finest], finest, masses.iter().sum::<f64>());
     while columns.max(rows) > 2 {
         masses = carry(&masses, columns, rows);

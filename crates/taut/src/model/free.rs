@@ -1,0 +1,61 @@
+//! What depends on which particles are held: inverse masses, levels, how fast they vibrate.
+
+use super::hierarchy::{of_grid, of_hierarchy};
+use super::{ClothRange, Hierarchy, Lattice, LevelRate, Model, Particles, Rates, Springs, rates};
+use crate::scene::FilterKind;
+
+impl Model {
+    /// The same model with further particles held, as if the scene had pinned them; what does not depend on that is shared.
+    #[must_use]
+    pub fn holding(&self, particles: &[u32]) -> Self {
+        let mut model = self.clone();
+        particles.iter().for_each(|&particle| model.particles.inverse_mass[particle as usize] = 0.0);
+        let Rates { still_air, wind, .. } = self.rates;
+        model.rates = Rates::new(&model.particles, &model.springs, &model.bending, still_air, wind);
+        let of_cloths = rates::of_cloths(&model.cloths, &model.particles, &model.springs, &model.bending);
+        model.hierarchies = levels(
+            self.solver.filter,
+            &mut model.cloths,
+            &model.particles,
+            &model.springs,
+            &model.triangles,
+            &model.lattices,
+            &of_cloths,
+        )
+        .into();
+        model
+    }
+}
+
+/// Levels, for filters that work on them, and how fast they vibrate, for steps that scale masses.
+pub(super) fn levels(
+    filter: FilterKind,
+    cloths: &mut [ClothRange],
+    particles: &Particles,
+    springs: &Springs,
+    triangles: &[[u32; 3]],
+    lattices: &[Lattice],
+    rates: &[(LevelRate, f64)],
+) -> Vec<Hierarchy> {
+    let mut hierarchies = Vec::new();
+    for (range, (fastest, _)) in cloths.iter_mut().zip(rates) {
+        range.fastest = *fastest;
+    }
+    if filter != FilterKind::CoarseToFine {
+        return hierarchies;
+    }
+    for range in cloths {
+        range.heaviest = particles.heaviest(range);
+        let (finest, bending) = rates[range.index];
+        if let Some(lattice) = range.lattice {
+            let Lattice { columns, rows, .. } = lattices[lattice];
+            range.rates = of_grid([columns, rows], particles.free_masses(range), finest);
+            continue;
+        }
+        let hierarchy = Hierarchy::new(range, particles, springs, triangles);
+        range.rates = if range.is_network { Vec::new() } else { of_hierarchy(&hierarchy, range, springs, bending) };
+        range.hierarchy = Some(hierarchies.len());
+        hierarchies.push(hierarchy);
+    }
+    hierarchies
+}
