@@ -219,6 +219,18 @@ def test_every_target_can_be_measured() -> None:
     met = {row[5].strip("` |"): row[2] for row in rows}
     assert met["bound"] == met["momentum"] == "yes"
     assert {
+        "cycles",
+        "far",
+        "hand",
+        "held",
+        "mesh-growth",
+        "mesh-motion",
+        "mesh-threads",
+        "rest",
+        "scales",
+        "swing",
+        "taut-sheet",
+        "tips",
         "growth",
         "one-thread",
         "two-threads",

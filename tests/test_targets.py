@@ -1,5 +1,6 @@
 """The measuring itself: meshes are what they say, figures are computed right, a missed target is an error."""
 
+import json
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -12,10 +13,13 @@ from taut.bench.shirt import shirt, shoulders
 from taut.bench.trials import TRIALS, Trial
 
 from tools.targets import __main__ as targets
+from tools.targets.converged import ALL, FILE, SOLVER, converged
+from tools.targets.hand import Pulled
 from tools.targets.mesh import evenness
 from tools.targets.record import Motion, rms
+from tools.targets.reference import path
 from tools.targets.rest import Finding, judge
-from tools.targets.settled import compared
+from tools.targets.settled import compared, period
 from tools.targets.table import Effort, Row, details, markdown
 
 
@@ -221,6 +225,39 @@ def test_motions_are_compared_by_peak_and_path() -> None:
     off = compared((path + [0.02, 0, 0], np.array([0.0, 1.1, 1.0])), (path, np.array([0.0, 1.0, 0.5])), 2.0)
     assert (off.speed, off.path) == (pytest.approx(0.1), 0.01)
     assert off.worst == pytest.approx(0.1)
+
+
+def test_the_period_is_found_between_frames() -> None:
+    time = np.arange(300) / 60
+    assert period(np.cos(2 * np.pi * time / 1.7), 60.0) == pytest.approx(1.7, rel=1e-3)
+    assert period(np.ones(10), 60.0) == np.inf
+
+
+def test_all_converged_motions_are_kept() -> None:
+    assert set(json.loads(FILE.read_text())) == set(ALL)
+    for name, one in ALL.items():
+        places, speeds = converged(name)
+        assert (len(places), len(speeds)) == (one.frames + 1, one.frames + 1)
+        assert 0.1 < speeds.max() < 20
+
+
+def test_the_converged_motion_is_that_of_its_trial() -> None:
+    name = "two-corners 10 %, 33²"
+    places, speeds = converged(name)
+    settings = SOLVER | {"substeps": 60}
+    found = path(ALL[name].trial.simulation(settings), 12)
+    off = compared(found, (places[:13], speeds[:13]), 1.0)
+    assert off.worst < 0.01
+
+
+def test_a_hand_pulls_the_middle_of_the_flag() -> None:
+    pulled = Pulled(Trial("flag", 100, 0.05), (-0.3, -0.5, 0.2), 0.3)
+    simulation = pulled.simulation()
+    vertex = int(np.argmax(simulation.mass))
+    start = simulation.positions[vertex].copy()
+    simulation.run(60)
+    assert np.linalg.norm(simulation.positions[vertex] - start) > 0.3
+    assert (pulled.cells, pulled.strain_limit) == (9, 0.05)
 
 
 @pytest.mark.parametrize("met", [True, False])
