@@ -184,7 +184,7 @@ impl Unit {
             worst = left.worst;
             let few = limited.sweeps >= AT_LEAST && left.over <= self.few;
             let is_last = limited.sweeps == model.solver.iterations();
-            if left.over > 0 && (few || is_last) && self.finish.run(&mut *self.levels, enough) {
+            if left.over > 0 && (few || is_last) && self.finish.run(&mut *self.levels, enough, limited.sweeps) {
                 break;
             }
         }
