@@ -226,7 +226,7 @@ impl Engine {
     fn positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         let rows = self.with(py, |Running { state, work, .. }| {
             let (mut rows, pool) = (vec![[0.0; 3]; self.model.particle_count()], work.pool());
-            pool.install(|| state.write_places(&self.model, &mut rows, &pool));
+            pool.install(state.positions.len(), || state.write_places(&self.model, &mut rows, &pool));
             rows
         });
         arrays::rows_of(PyArray1::from_vec(py, rows.into_flattened()), 3)
@@ -258,7 +258,7 @@ impl Engine {
                 let mut velocities = arrays::writable("velocities", velocities.bind(py), count)?;
                 let (x, v) = (arrays::rows_mut("positions", &mut positions)?, arrays::rows_mut("velocities", &mut velocities)?);
                 let pool = work.pool();
-                pool.install(|| {
+                pool.install(count, || {
                     state.write_places(&self.model, x, &pool);
                     numbering.write_rows(&state.velocities, 0, v, &pool, |velocity| velocity.to_array());
                 });

@@ -93,7 +93,7 @@ pub fn advance_in_turns(
         work.schedule().check(model, dt)?;
     }
     let pool = work.pool();
-    pool.install(|| work.before.copy_from(state, &pool));
+    pool.install(state.positions.len(), || work.before.copy_from(state, &pool));
     // What is left half done by a panic is put back below.
     let steps = AssertUnwindSafe(|| take(model, state, inputs, dt, count, work, turn));
     let result = catch_unwind(steps);
@@ -121,7 +121,7 @@ fn take(
     };
     while summary.steps < count {
         let most = turn().ok_or(Failure::Stopped)?.max(1).min(count - summary.steps);
-        pool.install(|| {
+        pool.install(state.positions.len(), || {
             for _ in 0..most {
                 summary.add(step(model, state, inputs, dt, work));
                 if summary.steps == count {

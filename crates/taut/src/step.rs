@@ -135,7 +135,7 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
     work.plan(model, dt); // dt -> parts of the step
     let Work { as_held, forces, integrator, filter, pool, plan, ends, .. } = work;
     let stride = Stride { model: as_held.as_ref().unwrap_or(model), inputs, plan };
-    pool.install(|| {
+    pool.install(model.particle_count(), || {
         state.follow(stride.model, pool); // origins stay near cloths that travel
         filter::hold(stride, state); // paths, targets, hands -> v of what is held
         let evaluations = integrate::propose(stride, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
@@ -148,7 +148,7 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
 /// A glance at a state between two steps.
 pub fn glance(model: &Model, state: &State, work: &mut Work) -> Glance {
     let Work { health, pool, .. } = work;
-    pool.install(|| health::glance(model, state, health, pool))
+    pool.install(model.particle_count(), || health::glance(model, state, health, pool))
 }
 
 /// Examines a state without advancing it.
@@ -156,7 +156,7 @@ pub fn inspect(model: &Model, state: &State, inputs: &Inputs, work: &mut Work) -
     work.follow(model, inputs);
     let Work { as_held, health, pool, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
-    pool.install(|| health::inspect(model, state, inputs, health, pool))
+    pool.install(model.particle_count(), || health::inspect(model, state, inputs, health, pool))
 }
 
 /// Gravity, drag and wind on a state: the accelerations of all particles [m/s^2].
@@ -164,7 +164,7 @@ pub fn external<'a>(model: &Model, state: &State, inputs: &Inputs, work: &'a mut
     work.follow(model, inputs);
     let Work { as_held, forces, pool, plan, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
-    pool.install(|| crate::forces::external(Stride { model, inputs, plan }, state, forces, pool));
+    pool.install(model.particle_count(), || crate::forces::external(Stride { model, inputs, plan }, state, forces, pool));
     forces.acceleration()
 }
 
@@ -174,5 +174,5 @@ pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work)
     work.follow_limits(model, inputs, state.time());
     let Work { as_held, filter, pool, plan, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
-    pool.install(|| filter::admit(Stride { model, inputs, plan }, state, filter, pool));
+    pool.install(model.particle_count(), || filter::admit(Stride { model, inputs, plan }, state, filter, pool));
 }

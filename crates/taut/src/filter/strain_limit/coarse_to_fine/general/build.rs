@@ -7,7 +7,7 @@ use super::tiles::{TILE, Tiles, tile_of};
 use crate::model::{ClothRange, Hierarchy, Parents};
 
 /// Blocks of fewer particles are not worth handing to another thread.
-const LEAST_BLOCK: usize = 512;
+const LEAST_BLOCK: usize = 256;
 
 /// Levels, the finest first, the tiles of that, and the particle at each of its places.
 pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) -> (Vec<Level>, Tiles, Vec<u32>) {

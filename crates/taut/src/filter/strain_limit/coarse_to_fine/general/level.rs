@@ -1,5 +1,6 @@
 //! One level: its particles, and its springs four at a time.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use glam::{Vec4, Vec4Swizzles};
@@ -8,7 +9,7 @@ use rayon::prelude::*;
 
 use super::super::Measure;
 use super::tiles::TILE;
-use crate::geometry::{Pool, add_to_each, differences, for_each_chunk, roots};
+use crate::geometry::{Pool, add_to_each, differences, for_each_chunk, for_each_two_chunks, roots};
 use crate::model::Parents;
 
 /// How many springs are looked at together.
@@ -56,6 +57,24 @@ pub(super) struct Bundle {
     pub limit: Vec4,
 }
 
+/// Springs in an order of matchings: springs one after the other that share no particle. So the processor need not wait for what it
+/// has just written.
+fn in_matchings(mut left: Vec<([u32; 2], f32)>) -> Vec<([u32; 2], f32)> {
+    let mut ordered = Vec::with_capacity(left.len());
+    while !left.is_empty() {
+        let mut met = BTreeSet::new();
+        left.retain(|&(ends, limit)| {
+            let shares = ends.iter().any(|end| met.contains(end));
+            if !shares {
+                met.extend(ends);
+                ordered.push((ends, limit));
+            }
+            shares
+        });
+    }
+    ordered
+}
+
 /// How far a spring is pulled together.
 #[derive(Clone, Copy)]
 pub(super) struct Pull {
@@ -99,18 +118,24 @@ impl Level {
     }
 
     /// Takes the displacements of the finest level.
-    pub fn sample(&mut self, finest: &Level) {
-        for ((d, before), &place) in self.d.iter_mut().zip(&mut self.before).zip(&self.finest) {
-            *d = finest.d[place as usize].xyz().extend(d.w);
-            *before = *d;
-        }
+    pub fn sample(&mut self, finest: &Level, pool: &Pool) {
+        let places = &self.finest;
+        for_each_two_chunks(&mut self.d, &mut self.before, pool, |first, d, before| {
+            for ((d, before), &place) in d.iter_mut().zip(before).zip(&places[first..]) {
+                *d = finest.d[place as usize].xyz().extend(d.w);
+                *before = *d;
+            }
+        });
     }
 
     /// Adds what the coarser level gained.
     pub fn follow(&mut self, coarse: &mut Level, pool: &Pool) {
-        for (gain, d) in coarse.before.iter_mut().zip(&coarse.d) {
-            *gain = *d - *gain;
-        }
+        let d = &coarse.d;
+        for_each_chunk(&mut coarse.before, pool, |first, gains| {
+            for (gain, d) in gains.iter_mut().zip(&d[first..]) {
+                *gain = *d - *gain;
+            }
+        });
         let (parents, gains) = (&self.parents, &coarse.before);
         for_each_chunk(&mut self.d, pool, |start, d| {
             Arch::new().dispatch(Follow { parents: &parents[start..start + d.len()], d, gains });
@@ -200,11 +225,11 @@ impl WithSimd for Follow<'_> {
 }
 
 impl Bundle {
-    /// Springs in bundles, each spring with its greatest length [m]; the order is kept as far as it can be.
+    /// Springs in bundles, each spring with its greatest length [m]; those of one matching come one after the other.
     pub fn pack(springs: impl Iterator<Item = ([u32; 2], f32)>) -> Vec<Self> {
         let mut packed = Vec::new();
         let mut open: Vec<Vec<([u32; 2], f32)>> = Vec::new();
-        for (ends, limit) in springs {
+        for (ends, limit) in in_matchings(springs.collect()) {
             let apart = |bundle: &Vec<([u32; 2], f32)>| bundle.iter().flat_map(|other| other.0).all(|end| !ends.contains(&end));
             match open.iter().position(apart) {
                 Some(index) => {

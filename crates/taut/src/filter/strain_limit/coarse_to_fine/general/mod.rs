@@ -13,7 +13,7 @@ mod tiles;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::{Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
-use crate::geometry::{Pool, Vectors, for_each_chunk, roots};
+use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk, for_each_chunk, for_each_two_chunks, roots};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
 use level::{LANES, Level, Pull};
@@ -110,45 +110,54 @@ impl GeneralLevels {
     }
 
     /// Goes on with `momentum`.
-    fn go_on(&mut self, momentum: f32) {
-        for (d, previous) in self.levels[0].d.iter_mut().zip(&mut self.previous) {
-            // Inverse masses are the same in both.
-            let now = *d;
-            *d = now + (now - *previous) * momentum;
-            *previous = now;
-        }
+    fn go_on(&mut self, momentum: f32, pool: &Pool) {
+        for_each_two_chunks(&mut self.levels[0].d, &mut self.previous, pool, |_, d, previous| {
+            for (d, previous) in d.iter_mut().zip(previous) {
+                // Inverse masses are the same in both.
+                let now = *d;
+                *d = now + (now - *previous) * momentum;
+                *previous = now;
+            }
+        });
     }
 
     /// Hands the displacements of the finest level out.
-    fn hand_out(&mut self) {
-        let Vectors { x, y, z } = &mut self.corrected;
-        for (d, ((x, y), z)) in self.levels[0].d.iter().zip(x.iter_mut().zip(y).zip(z)) {
-            (*x, *y, *z) = (d.x, d.y, d.z);
-        }
+    fn hand_out(&mut self, pool: &Pool) {
+        let finest = &self.levels[0].d;
+        self.corrected.for_each_chunk(pool, |VectorsChunk { first, x, y, z }| {
+            for (d, ((x, y), z)) in finest[first..].iter().zip(x.iter_mut().zip(y).zip(z)) {
+                (*x, *y, *z) = (d.x, d.y, d.z);
+            }
+        });
     }
 }
 
 impl Levels for GeneralLevels {
     fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool) {
-        let places = self.x.iter_mut().zip(&mut self.levels[0].d);
-        for (particle, (x, d)) in self.particles.iter().zip(places) {
-            let (start, end) = (positions.get(*particle as usize), ends.get(*particle as usize));
-            *x = start.extend(0.0);
-            *d = (end - start).extend(d.w);
-        }
-        self.hand_out();
+        let particles = &self.particles;
+        for_each_two_chunks(&mut self.x, &mut self.levels[0].d, pool, |first, x, d| {
+            for (particle, (x, d)) in particles[first..].iter().zip(x.iter_mut().zip(d)) {
+                let (start, end) = (positions.get(*particle as usize), ends.get(*particle as usize));
+                *x = start.extend(0.0);
+                *d = (end - start).extend(d.w);
+            }
+        });
+        self.hand_out(pool);
         let (finest, coarse) = self.levels.split_at_mut(1);
         let x = &self.x;
         let Level { bundles, finest: places, .. } = &mut finest[0];
         for_each_chunk(bundles, pool, |_, bundles| bundles.iter_mut().for_each(|bundle| bundle.begin(x, places)));
         for level in coarse {
             let Level { bundles, limits, finest, .. } = level;
-            for (bundle, limit) in bundles.iter_mut().zip(limits) {
-                bundle.begin(x, finest);
-                let length = roots(bundle.squares_at_start());
-                // Where the cloth is further than that it may stay so, less the back-off.
-                bundle.limit = (*limit).max(length) - *limit * self.deltas[1];
-            }
+            let back_off = self.deltas[1];
+            for_each_chunk(bundles, pool, |first, bundles| {
+                for (bundle, limit) in bundles.iter_mut().zip(&limits[first..]) {
+                    bundle.begin(x, finest);
+                    let length = roots(bundle.squares_at_start());
+                    // Where the cloth is further than that it may stay so, less the back-off.
+                    bundle.limit = (*limit).max(length) - *limit * back_off;
+                }
+            });
         }
         self.backwards = false;
         self.unmeasured = 0;
@@ -162,13 +171,13 @@ impl Levels for GeneralLevels {
             for (place, d) in self.levels[0].d.iter_mut().enumerate() {
                 *d = self.corrected.get(place).extend(d.w);
             }
-            self.go_on(0.0);
+            self.go_on(0.0, pool);
             self.levels[0].moved.fill(true);
             return Some(self.measure(enough, pool));
         }
-        self.go_on(momentum(cycles, LAG));
+        self.go_on(momentum(cycles, LAG), pool);
         let (finest, coarse) = self.levels.split_at_mut(1);
-        coarse.iter_mut().for_each(|level| level.sample(&finest[0]));
+        coarse.iter_mut().for_each(|level| level.sample(&finest[0], pool));
         for index in (1..self.levels.len()).rev() {
             for _ in 0..coarse_sweeps(self.levels[index].d.len()) {
                 self.sweep(index, pool);
@@ -218,25 +227,28 @@ impl Levels for GeneralLevels {
         self.levels[0].d[self.places[particle] as usize] += way.extend(0.0);
     }
 
-    fn settle(&mut self, _: &Pool) {
-        self.hand_out();
+    fn settle(&mut self, pool: &Pool) {
+        self.hand_out(pool);
     }
 
     fn motion(&mut self) -> Motion<'_> {
         Motion { d: &mut self.corrected, weights: &self.weights }
     }
 
-    fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors, _: &Pool) {
-        for (place, &particle) in self.particles.iter().enumerate() {
-            let particle = particle as usize;
-            let (start, after) = (positions.get(particle), self.corrected.get(place));
-            let before = ends.get(particle) - start;
-            let corrected = self.weights[place] > 0.0 && after != before;
-            corrections.set(particle, if corrected { after - before } else { Vec3::ZERO });
-            if corrected {
-                ends.set(particle, start + after);
+    fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool) {
+        let all = self.first..self.first + self.places.len();
+        ends.for_each_part_of_two(corrections, all, CHUNK, pool, |mut ends, mut corrections| {
+            for particle in ends.first..ends.first + ends.x.len() {
+                let place = self.places[particle - self.first] as usize;
+                let (start, after) = (positions.get(particle), self.corrected.get(place));
+                let before = ends.get(particle) - start;
+                let corrected = self.weights[place] > 0.0 && after != before;
+                corrections.set(particle, if corrected { after - before } else { Vec3::ZERO });
+                if corrected {
+                    ends.set(particle, start + after);
+                }
             }
-        }
+        });
     }
 }
 
