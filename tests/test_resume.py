@@ -169,10 +169,12 @@ def whole_frames(out: Path) -> int:
     counts = []
     for consolidated in (True, False):
         root = zarr.open_group(out, mode="r", use_consolidated=consolidated)
-        positions, velocities = np.asarray(root["positions"][...]), np.asarray(root["velocities"][...])
+        positions, velocities, past = (
+            np.asarray(root[name][...]) for name in ("positions", "velocities", "past")
+        )
         hashes = root["diagnostics/state_hash"][...]
         for index, state in enumerate(positions):
-            assert int(_taut.state_hash(state, velocities[index]), 16) == hashes[index]
+            assert int(_taut.state_hash(state, velocities[index], past[index]), 16) == hashes[index]
         if consolidated:
             assert int(root.attrs["state_hash"], 16) == hashes[len(positions) - 1]
         counts.append(len(positions))

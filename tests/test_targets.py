@@ -205,6 +205,8 @@ def test_second_differences_of_known_motions() -> None:
     assert swinging.mismatch() < 1e-3
     fast = motion_of(lambda t: 0.1 * np.sin(4 * t), lambda t: 0.42 * np.cos(4 * t))
     assert fast.mismatch() == pytest.approx(0.05, rel=0.05)
+    assert fast.mismatch(0.3) == pytest.approx(0.05, rel=0.05)
+    assert fast.mismatch(0.5) == 0  # never as fast
     np.testing.assert_allclose(swinging.kinetic_of_motion(), swinging.kinetic[1:-1], rtol=1e-2)
     np.testing.assert_allclose(swinging.centre()[:, 0], swinging.positions[:, 0, 0])
 

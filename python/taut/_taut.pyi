@@ -88,7 +88,7 @@ def state_hash(
 ) -> str:
     """XXH3 hash (16 hexadecimal digits) of local positions and velocities, shape (vertices, 3), and past.
 
-    The past is that of a two-step integrator, see :meth:`Engine.past`, of shape (2 vertices, 3). Origins, of
+    The past is what :meth:`Engine.past` gives, of shape (n vertices, 3). Origins, of
     shape (cloths, 3), count unless all of them are zero, as they are when left out.
     """
 
@@ -172,7 +172,7 @@ class Engine:
     def origins(self) -> NDArray[np.float64]:
         """Where the local positions of each cloth begin now [m], shape (cloths, 3), a copy."""
     def velocities(self) -> NDArray[np.float32]:
-        """A copy, [m/s], shape (vertices, 3)."""
+        """Those of the motion, a copy, [m/s], shape (vertices, 3)."""
     def read_state(self, positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> None:
         """Write the state into two arrays of shape (vertices, 3) [m], [m/s]."""
     @property
@@ -227,9 +227,10 @@ class Engine:
     def admit(self) -> None:
         """Move the vertices of a state from elsewhere until no spring is over its limit (coarse_to_fine)."""
     def past(self) -> NDArray[np.float32] | None:
-        """What a two-step integrator remembers of the last step; ``None`` with all others.
+        """What the integrator needs to go on besides positions and velocities; ``None``: nothing.
 
-        Displacements [m], then what forces added to velocities [m/s]: shape (2 vertices, 3), a copy.
+        Its own velocities [m/s], where they are not those of the motion; then, of a two-step integrator,
+        displacements [m] and what forces added to velocities [m/s]: shape (n vertices, 3), a copy.
         """
     def set_state(
         self,
@@ -241,8 +242,8 @@ class Engine:
     ) -> None:
         """Replace the state [m], [m/s] and the number of steps taken, from which the time follows.
 
-        Positions are in the world, float64; or local, float32, if there are origins. Without its past a
-        two-step integrator starts anew.
+        Positions are in the world, float64; or local, float32, if there are origins. Without its past an
+        integrator starts anew.
 
         Raises:
             ValueError: a wrong shape or a non-finite number (which one is named).

@@ -154,4 +154,5 @@ def _header(simulation: Simulation) -> Header:
         "strain_limit": simulation.strain_limit,
         "pins": np.flatnonzero(simulation.pinned),
     }
-    return Header(attributes, arrays, len(simulation.positions), simulation.past is not None)
+    past = simulation.past
+    return Header(attributes, arrays, len(simulation.positions), 0 if past is None else len(past))

@@ -191,7 +191,7 @@ class Simulation:
 
     @property
     def velocities(self) -> NDArray[np.float32]:
-        """Velocities [m/s], shape (vertices, 3), float32; a view and assignable like :attr:`positions`."""
+        """Velocities of the motion [m/s], shape (vertices, 3); a view, assignable like :attr:`positions`."""
         return self._velocities
 
     @velocities.setter
@@ -200,9 +200,10 @@ class Simulation:
 
     @property
     def past(self) -> NDArray[np.float32] | None:
-        """What a two-step integrator (``bdf2``) remembers of the last step; nothing with all others.
+        """What the integrator needs to go on besides positions and velocities, shape (n vertices, 3), a copy.
 
-        Displacements [m], then what forces added to velocities [m/s]: shape (2 vertices, 3), a copy.
+        Its own velocities [m/s] where a filter lets them differ, as ``coarse_to_fine``; with ``bdf2``, then
+        the last displacements [m] and what forces added to velocities [m/s]. ``None``: nothing.
         """
         return self._engine.past()
 
@@ -220,7 +221,7 @@ class Simulation:
             positions: in the world [m], shape (vertices, 3), float32 or float64.
             velocities: [m/s], likewise.
             steps: steps taken since the start, from which the time follows.
-            past: :attr:`past`; without it a two-step integrator starts anew.
+            past: :attr:`past`; without it the integrator starts anew with these velocities.
             origins: :attr:`origins`, if the positions are :attr:`local_positions`: together the same bits as
                 they were; without them cloths far from where they were built get origins near them.
 

@@ -63,10 +63,16 @@ class Motion:
         """
         return np.asarray(np.linalg.norm(np.diff(self.positions, 4, axis=0), axis=2) / 4)
 
-    def mismatch(self) -> float:
-        """How far velocities are off those of the motion, root mean square relative to theirs [1]."""
-        off, moved = self.velocities[1:-1] - self.moved, self.moved
-        return float(np.sqrt((off**2).sum() / (moved**2).sum()))
+    def mismatch(self, slowest: float = 0.0) -> float:
+        """How far velocities are off those of the motion, root mean square relative to theirs [1].
+
+        Only frames count in which the cloth moves at `slowest` [m/s] at least, root mean square; 0 if there
+        are none.
+        """
+        moved = self.moved
+        frames = np.sqrt((moved**2).sum(axis=2).mean(axis=1)) >= slowest
+        off, moved = (self.velocities[1:-1] - moved)[frames], moved[frames]
+        return float(np.sqrt((off**2).sum() / (moved**2).sum())) if moved.any() else 0.0
 
     def kinetic_of_motion(self) -> Array:
         """Kinetic energy of the motion that positions make [J], shape (frames - 1,)."""

@@ -15,7 +15,7 @@ use taut::model::{Model, SpringKind};
 use taut::prepare::{Prepared, prepare};
 use taut::scene::{Scene, Wind};
 use taut::schedule::Schedule;
-use taut::state::{Clock, Past, State};
+use taut::state::{Clock, State};
 use taut::step::{Work, admit, external};
 
 use crate::checks::{below, duration, movable, scene_with, workers};
@@ -245,7 +245,7 @@ impl Engine {
     }
 
     fn velocities<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
-        let velocities = self.with(py, |running| self.model.numbering.to_vertices(&running.state.velocities));
+        let velocities = self.with(py, |running| self.model.numbering.to_vertices(running.state.of_motion()));
         arrays::to_numpy(py, &velocities)
     }
 
@@ -260,7 +260,7 @@ impl Engine {
                 let pool = work.pool();
                 pool.install(count, || {
                     state.write_places(&self.model, x, &pool);
-                    numbering.write_rows(&state.velocities, 0, v, &pool, |velocity| velocity.to_array());
+                    numbering.write_rows(state.of_motion(), 0, v, &pool, |velocity| velocity.to_array());
                 });
                 Ok(())
             })
@@ -365,8 +365,8 @@ impl Engine {
     }
 
     fn past<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f32>>> {
-        let past = self.state(py).past;
-        let vectors: Vectors = past.displacements.iter().chain(past.gains.iter()).collect();
+        let state = self.state(py);
+        let vectors: Vectors = state.memory().flat_map(Vectors::iter).collect();
         (!vectors.is_empty()).then(|| arrays::to_numpy(py, &vectors))
     }
 
@@ -381,27 +381,25 @@ impl Engine {
         origins: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let (count, numbering) = (self.model.particle_count(), &self.model.numbering);
-        let velocities = arrays::from_numpy("velocities", velocities, count)?;
+        let velocities = numbering.to_particles(&arrays::from_numpy("velocities", velocities, count)?);
         let clock = Clock::after(steps, self.schedule.step_length);
         let mut state = if let Some(origins) = origins {
-            let positions = arrays::from_numpy("positions", positions, count)?;
+            let positions = numbering.to_particles(&arrays::from_numpy("positions", positions, count)?);
             let origins = arrays::places("origins", origins, Some(self.model.cloths.len()))?;
             State { origins, ..State::at(&self.model, positions, velocities, clock) }
         } else {
             let places = arrays::places("positions", positions, Some(count))?;
             let place = |particle: usize| places[numbering.vertex(particle as u32) as usize];
-            // In the order of the vertices, like all else here.
-            let state = State::in_world(&self.model, place, Vectors::default(), clock).to_vertices(numbering);
-            State { velocities, ..state }
+            State::in_world(&self.model, place, velocities, clock)
         };
         if let Some(past) = past {
-            let remembered = state.past.displacements.len();
-            let past: Vec<_> = arrays::from_numpy("past", past, 2 * remembered)?.iter().collect();
-            let (displacements, gains) = past.split_at(remembered);
-            let [displacements, gains] = [displacements, gains].map(|part| part.iter().copied().collect());
-            state.past = Past { displacements, gains, length: self.schedule.step_length };
+            let rows = arrays::from_numpy("past", past, state.memory().map(Vectors::len).sum())?;
+            let mut rows = rows.iter();
+            for vectors in state.memory_mut() {
+                *vectors = numbering.to_particles(&rows.by_ref().take(count).collect());
+            }
+            state.past.length = self.schedule.step_length;
         }
-        let state = state.to_particles(&self.model.numbering);
         // Pins stay beside their paths.
         self.with(py, |running| running.state = State { offsets: running.state.offsets.clone(), ..state });
         Ok(())

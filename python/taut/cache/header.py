@@ -21,8 +21,8 @@ class Header:
     """The arrays without a frame axis, see :data:`taut.cache.layout.CONSTANT`."""
     vertices: int
     """Vertices in each frame [1]."""
-    has_past: bool = False
-    """Whether the state needs the array `past` to be whole."""
+    past: int = 0
+    """Vectors that a frame has in the array `past` [1]; it has none where the state is whole without it."""
 
     @property
     def cloths(self) -> int:
@@ -37,7 +37,7 @@ class Frame:
     positions: NDArray[np.float32]
     """[m], shape (vertices, 3)."""
     velocities: NDArray[np.float32]
-    """[m/s], shape (vertices, 3)."""
+    """Those of the motion [m/s], shape (vertices, 3)."""
     report: Report
     """What happened since the frame before."""
     ms: float
@@ -45,7 +45,7 @@ class Frame:
     state_hash: str
     """:attr:`taut.Simulation.state_hash`, 16 hexadecimal digits."""
     past: NDArray[np.float32] | None = None
-    """:attr:`taut.Simulation.past`, shape (2 vertices, 3)."""
+    """:attr:`taut.Simulation.past`, shape (n vertices, 3)."""
     origins: NDArray[np.float64] | None = None
     """:attr:`taut.Simulation.origins`, shape (cloths, 3); nothing if all are zero."""
     local_positions: NDArray[np.float32] | None = None

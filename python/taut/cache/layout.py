@@ -35,7 +35,7 @@ ATTRIBUTES: dict[str, type] = {
 """Type of each attribute of the group; it also has ``format``."""
 
 STATE = ("positions", "velocities")
-"""float32, shape (frames, vertices, 3), one chunk a frame [m], [m/s]."""
+"""float32, shape (frames, vertices, 3), one chunk a frame [m], [m/s]; velocities are those of the motion."""
 
 CONSTANT: dict[str, tuple[str, tuple[int, ...]]] = {
     "faces": ("int32", (3,)),
@@ -75,8 +75,9 @@ SERIES: dict[str, str] = {"time": "float64"} | {
 SERIES_CHUNK = 1024
 
 PAST = "past"
-"""float32, shape (frames, 2 vertices, 3), one chunk a frame; only there if the scene's integrator needs it to
-go on: displacements of the last step before the frame [m], then what forces added to velocities [m/s]."""
+"""float32, shape (frames, n vertices, 3), one chunk a frame; only there if a run needs it to go on:
+:attr:`taut.Simulation.past`. With the filter ``coarse_to_fine`` the integrator has velocities of its own
+beside those of the motion (n = 1)."""
 
 ORIGINS = "origins"
 """float64, shape (frames, cloths, 3): where the coordinates of each cloth begin in a frame [m]. Caches of
@@ -105,7 +106,7 @@ def create(store: DurableStore, header: Header) -> None:
         data = np.ascontiguousarray(header.arrays[name], kind)
         chunk = tuple(max(1, size) for size in data.shape)
         root.create_array(name, shape=data.shape, dtype=kind, chunks=chunk, **_coding(kind))[...] = data
-    rows = dict.fromkeys(STATE, header.vertices) | ({PAST: 2 * header.vertices} if header.has_past else {})
+    rows = dict.fromkeys(STATE, header.vertices) | ({PAST: header.past} if header.past else {})
     for name, vertices in rows.items():
         shape = (vertices, 3)
         root.create_array(name, shape=(0, *shape), dtype="float32", chunks=(1, *shape), **_coding("float32"))

@@ -143,11 +143,11 @@ class Cache:
         return self._state("positions", frame)
 
     def velocities(self, frame: int) -> NDArray[np.float32]:
-        """Velocities [m/s], shape (vertices, 3); otherwise like :meth:`positions`."""
+        """Velocities of the motion [m/s], shape (vertices, 3); otherwise like :meth:`positions`."""
         return self._state("velocities", frame)
 
     def past(self, frame: int) -> NDArray[np.float32] | None:
-        """What the integrator needs of the step before a frame, :attr:`taut.Simulation.past`."""
+        """What the integrator needs to go on from a frame, :attr:`taut.Simulation.past`."""
         return self._state(layout.PAST, frame) if layout.PAST in self._arrays else None
 
     def origins(self, frame: int) -> NDArray[np.float64]:

@@ -235,7 +235,9 @@ impl WithSimd for Elastic<'_> {
 
 fn particles_of(chunk: usize, model: &Model, state: &State, gravity: Vec3) -> ParticlePart {
     let run = chunk * CHUNK..model.particle_count().min((chunk + 1) * CHUNK);
-    let finite = |particle: &usize| state.positions.get(*particle).is_finite() && state.velocities.get(*particle).is_finite();
+    let finite = |particle: &usize| {
+        [&state.positions, &state.velocities, state.of_motion()].iter().all(|of| of.get(*particle).is_finite())
+    };
     let mut part = Arch::new().dispatch(Energies { model, state, gravity, run: run.clone() });
     if !part.kinetic.is_finite() || !part.potential.is_finite() {
         part.non_finite = run.clone().find(|particle| !finite(particle)).map(|particle| particle as u32);
@@ -260,7 +262,8 @@ impl WithSimd for Energies<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> ParticlePart {
-        let Self { model, state: State { positions, velocities, .. }, gravity, run } = self;
+        let Self { model, state, gravity, run } = self;
+        let (positions, velocities) = (&state.positions, state.of_motion());
         let particles = &model.particles;
         let axes = [
             (&positions.x, &velocities.x, gravity.x),

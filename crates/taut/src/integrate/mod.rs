@@ -11,6 +11,7 @@ mod linear_system;
 mod mass_scaling;
 mod midpoint;
 mod momentum;
+mod motion;
 mod rk4;
 mod runge_kutta;
 mod verlet;
@@ -27,6 +28,7 @@ use implicit_euler::ImplicitEuler;
 use linear_system::LinearSystem;
 use mass_scaling::MassScaling;
 use momentum::Momentum;
+use motion::Motion;
 use runge_kutta::RungeKutta;
 use verlet::Verlet;
 
@@ -48,6 +50,7 @@ struct Step<'a> {
 pub struct Integrator {
     method: Box<dyn Method>,
     momentum: Momentum,
+    motion: Motion,
 }
 
 impl Integrator {
@@ -56,6 +59,7 @@ impl Integrator {
     pub fn new(model: &Model, plan: &Plan) -> Self {
         Self {
             momentum: Momentum::new(model),
+            motion: Motion::new(model),
             method: match model.solver.integrator {
                 IntegratorKind::Euler => Box::new(Euler::new(model, plan)),
                 IntegratorKind::ForwardEuler => Box::new(RungeKutta::new(model, forward_euler::TABLEAU)),
@@ -80,6 +84,7 @@ pub fn propose(
     pool: &Pool,
 ) -> u32 {
     integrator.momentum.note(stride.model, state);
+    integrator.motion.note(state, pool);
     integrator.method.propose(Step { stride, state, ends }, forces, pool)
 }
 
@@ -88,6 +93,7 @@ pub fn advance(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, forces
     let Stride { model, plan, .. } = stride;
     integrator.momentum.keep(stride, state, forces.acceleration());
     std::mem::swap(&mut state.positions, ends);
+    integrator.motion.tell(stride, state, ends, pool);
     state.clock = state.clock.next(plan.length);
     if model.solver.integrator.remembers() {
         state.past.displacements.set_scaled(0..model.particle_count(), &state.positions, ends, -1.0, pool);

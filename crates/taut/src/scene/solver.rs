@@ -87,6 +87,20 @@ impl IntegratorKind {
     }
 }
 
+impl Solver {
+    /// Whether V may be another velocity than that of the motion after a step. Without a filter it is not. The backward Euler method
+    /// and the undivided forward one of the paper move particles by h V, and a filter keeps that up; all others divide what forces do
+    /// between two steps, but not what a filter does (docs/equations.md, "Velocities of the motion").
+    #[must_use]
+    pub fn tells_motion_apart(&self) -> bool {
+        match self.integrator {
+            IntegratorKind::Euler => self.filter == FilterKind::CoarseToFine,
+            IntegratorKind::ImplicitEuler => false,
+            _ => self.filter != FilterKind::None,
+        }
+    }
+}
+
 /// What turns proposed velocities into admissible ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

@@ -22,8 +22,10 @@ pub struct State {
     pub origins: Vec<DVec3>,
     /// X, from the origin of its cloth [m].
     pub positions: Vectors,
-    /// V [m/s].
+    /// V, with which the integrator goes on [m/s].
     pub velocities: Vectors,
+    /// Velocities of the motion [m/s]; empty where V is just that. See [`Self::of_motion`].
+    pub motion: Vectors,
     /// Steps and time since the start.
     pub clock: Clock,
     /// What a two-step integrator remembers.
@@ -107,7 +109,36 @@ impl State {
     pub fn at(model: &Model, positions: Vectors, velocities: Vectors, clock: Clock) -> Self {
         let origins = model.origins.iter().map(|origin| origin.at).collect();
         let offsets = vec![Offset::default(); model.pins.len()];
-        Self { origins, positions, velocities, clock, past: Past::none(model), offsets }
+        let motion = if model.solver.tells_motion_apart() { velocities.clone() } else { Vectors::default() };
+        Self { origins, positions, velocities, motion, clock, past: Past::none(model), offsets }
+    }
+
+    /// The velocities that users see [m/s]: those with which positions move. V is another one after a step in which a filter held
+    /// something, as weight (docs/equations.md, "Velocities of the motion").
+    #[must_use]
+    pub fn of_motion(&self) -> &Vectors {
+        if self.motion.is_empty() { &self.velocities } else { &self.motion }
+    }
+
+    /// Gives all particles other velocities [m/s]; they are those of the motion as well.
+    pub fn set_velocities(&mut self, velocities: Vectors) {
+        if !self.motion.is_empty() {
+            self.motion.clone_from(&velocities);
+        }
+        self.velocities = velocities;
+    }
+
+    /// What a run needs to go on besides positions and velocities of the motion, a vector for every particle each: V, if it is
+    /// another one, and what a two-step integrator remembers.
+    pub fn memory(&self) -> impl Iterator<Item = &Vectors> {
+        let own = (!self.motion.is_empty()).then_some(&self.velocities);
+        own.into_iter().chain([&self.past.displacements, &self.past.gains]).filter(|vectors| !vectors.is_empty())
+    }
+
+    /// The same, to be filled.
+    pub fn memory_mut(&mut self) -> impl Iterator<Item = &mut Vectors> {
+        let own = (!self.motion.is_empty()).then_some(&mut self.velocities);
+        own.into_iter().chain([&mut self.past.displacements, &mut self.past.gains]).filter(|vectors| !vectors.is_empty())
     }
 
     /// Time since the start [s].
@@ -127,6 +158,7 @@ impl State {
         self.origins.clone_from(&other.origins);
         self.positions.copy_on(&other.positions, pool);
         self.velocities.copy_on(&other.velocities, pool);
+        self.motion.copy_on(&other.motion, pool);
         self.past.displacements.copy_on(&other.past.displacements, pool);
         self.past.gains.copy_on(&other.past.gains, pool);
         self.past.length = other.past.length;
@@ -149,17 +181,17 @@ impl State {
     fn reordered(&self, order: impl Fn(&Vectors) -> Vectors) -> Self {
         let Past { displacements, gains, length } = &self.past;
         let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
-        let (positions, velocities) = (order(&self.positions), order(&self.velocities));
+        let [positions, velocities, motion] = [&self.positions, &self.velocities, &self.motion].map(order);
         let (origins, offsets) = (self.origins.clone(), self.offsets.clone());
-        Self { origins, positions, velocities, clock: self.clock, past, offsets }
+        Self { origins, positions, velocities, motion, clock: self.clock, past, offsets }
     }
 
-    /// XXH3 hash of all local positions, then all velocities and then the past, if any, each as x, y, z in little-endian `f32`, and
-    /// of the origins; see [`hash_of`]. Offsets that pins have count as well.
+    /// XXH3 hash of all local positions, then all velocities of the motion and then the memory, if any, each as x, y, z in
+    /// little-endian `f32`, and of the origins; see [`hash_of`]. Offsets that pins have count as well.
     #[must_use]
     pub fn hash(&self) -> u64 {
-        let past = self.past.displacements.iter().chain(self.past.gains.iter());
-        let hash = hash_of(self.positions.iter().chain(self.velocities.iter()).chain(past), &self.origins);
+        let all = [&self.positions, self.of_motion()].into_iter().chain(self.memory());
+        let hash = hash_of(all.flat_map(Vectors::iter), &self.origins);
         let moved = self.offsets.iter().filter(|offset| **offset != Offset::default());
         moved.flat_map(Offset::numbers).fold(hash, |hash, number| hash.rotate_left(17) ^ xxh3_64(&number.to_le_bytes()))
     }

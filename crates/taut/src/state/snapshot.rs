@@ -9,14 +9,14 @@ use crate::inputs::{Grips, Target};
 use crate::model::Model;
 
 /// First bytes of every snapshot; the last one is the version of the layout.
-const MAGIC: [u8; 8] = *b"TAUTSNP4";
+const MAGIC: [u8; 8] = *b"TAUTSNP5";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not ours at all.
-    #[error("these bytes are not a taut snapshot (version 4)")]
+    #[error("these bytes are not a taut snapshot (version 5)")]
     NotASnapshot,
     /// Cut short or altered.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -28,16 +28,16 @@ pub enum SnapshotError {
 
 impl State {
     /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
-    /// arrays of positions, velocities and the past, if any, offsets of pins, held particles, hands, moved pins, XXH3 of all these.
+    /// arrays of positions, V, velocities of the motion and the past, if any, offsets of pins, held particles, hands, moved pins, XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(128 + 24 * self.positions.len() + 24 * self.past.gains.len());
+        let mut bytes = Vec::with_capacity(128 + 36 * self.positions.len() + 24 * self.past.gains.len());
         bytes.extend(MAGIC);
         let Clock { steps, start, run, length } = self.clock;
         let numbers = [model.fingerprint, steps, start.to_bits(), run, length.to_bits(), self.past.length.to_bits()];
         bytes.extend(numbers.into_iter().flat_map(u64::to_le_bytes));
         bytes.extend(self.origins.iter().flat_map(|origin| origin.to_array()).flat_map(f64::to_le_bytes));
-        let all = [&self.positions, &self.velocities, &self.past.displacements, &self.past.gains];
+        let all = [&self.positions, &self.velocities, &self.motion, &self.past.displacements, &self.past.gains];
         for column in all.into_iter().flat_map(|vectors| [&vectors.x, &vectors.y, &vectors.z]) {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
         }
@@ -91,11 +91,11 @@ impl Reader<'_> {
         let clock = Clock { steps: self.whole()?, start: self.real()?, run: self.whole()?, length: self.real()? };
         let length = self.real()?;
         let (count, of_past) = (model.particle_count(), Past::none(model).gains.len());
+        let of_motion = if model.solver.tells_motion_apart() { count } else { 0 };
         let origins = model.cloths.iter().map(|_| self.place()).collect::<Option<_>>()?;
-        let (positions, velocities) = (self.vectors(count)?, self.vectors(count)?);
+        let (positions, velocities, motion) = (self.vectors(count)?, self.vectors(count)?, self.vectors(of_motion)?);
         let past = Past { displacements: self.vectors(of_past)?, gains: self.vectors(of_past)?, length };
-        let mut state =
-            State { origins, positions, velocities, past, ..State::at(model, Vectors::default(), Vectors::default(), clock) };
+        let mut state = State { origins, motion, past, ..State::at(model, positions, velocities, clock) };
         for offset in &mut state.offsets {
             *offset = Offset { now: self.place()?, target: self.place()?, pace: self.real()? };
         }

@@ -24,7 +24,8 @@ impl State {
                 state.positions.set(particle, (place(particle) - *origin).as_vec3());
             }
         }
-        Self { velocities, clock, ..state }
+        state.set_velocities(velocities);
+        Self { clock, ..state }
     }
 
     /// Where a particle of a cloth is in the world [m].

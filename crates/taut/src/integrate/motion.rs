@@ -1,0 +1,118 @@
+//! Velocities of the motion, as users see them.
+//!
+//! Between two kicks a step of constant acceleration A moves a particle by D = (V_0 + V_1) h / 2, V_0 and V_1 being its velocities
+//! before and after. So the velocity after it is `D / h + (V_1 - V_0) / 2`: how fast the particle really went, and half of what the
+//! step added. Without a filter that is V_1 itself. A filter adds C to D and C / h to V, however: its impulse lies wholly before
+//! the end of the step, while that of the forces is divided there. What hangs at rest has V = g h / 2, but neither moves nor gains
+//! (docs/equations.md, "Velocities of the motion").
+
+use glam::{DVec3, Vec3};
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::geometry::{Pool, Vectors};
+use crate::model::{ClothRange, Model};
+use crate::scene::IntegratorKind;
+use crate::schedule::Stride;
+use crate::state::State;
+
+/// So many roundings of a coordinate a step may add up to, seen from the centre of mass.
+const ROUNDINGS: f32 = 8.0;
+
+/// Who tells them.
+pub(super) struct Motion {
+    /// The cloths that nothing holds.
+    free: Vec<usize>,
+}
+
+impl Motion {
+    pub fn new(model: &Model) -> Self {
+        let is_free = |cloth: &ClothRange| cloth.particles().all(|particle| model.particles.inverse_mass[particle] > 0.0);
+        let apart = model.solver.tells_motion_apart();
+        let free = model.cloths.iter().enumerate().filter(|(_, cloth)| apart && is_free(cloth));
+        Self { free: free.map(|(index, _)| index).collect() }
+    }
+
+    /// Takes down V_0; what is held has the velocity of its path already, so that it keeps that.
+    pub fn note(&self, state: &mut State, pool: &Pool) {
+        let State { velocities, motion, .. } = state;
+        if !motion.is_empty() {
+            motion.copy_on(velocities, pool);
+        }
+    }
+
+    /// Tells the velocities after a step from `starts` [m].
+    pub fn tell(&self, stride: Stride<'_>, state: &mut State, starts: &Vectors, pool: &Pool) {
+        let Stride { model, plan, .. } = stride;
+        let State { positions, velocities, motion, .. } = state;
+        if motion.is_empty() {
+            return;
+        }
+        let step = plan.length as f32;
+        for cloth in &model.cloths {
+            // An undivided step of the Euler method goes by V h: at rest V is zero, and in free fall it is exact.
+            let undivided = model.solver.integrator == IntegratorKind::Euler && plan.of(cloth).parts() == 1;
+            motion.for_each_chunk_of(cloth.particles(), pool, |chunk| {
+                let run = chunk.first..chunk.first + chunk.x.len();
+                let after = [&velocities.x, &velocities.y, &velocities.z].map(|column| &column[run.clone()]);
+                let ends = [&positions.x, &positions.y, &positions.z].map(|column| &column[run.clone()]);
+                let starts = [&starts.x, &starts.y, &starts.z].map(|column| &column[run.clone()]);
+                for (axis, column) in [chunk.x, chunk.y, chunk.z].into_iter().enumerate() {
+                    if undivided {
+                        column.copy_from_slice(after[axis]);
+                    } else {
+                        let (starts, ends, after) = (starts[axis], ends[axis], after[axis]);
+                        Arch::new().dispatch(Tell { column, starts, ends, after, step });
+                    }
+                }
+            });
+        }
+        for &cloth in &self.free {
+            keep_momentum(model, &model.cloths[cloth], (positions, velocities), motion, step, pool);
+        }
+    }
+}
+
+/// Places are rounded one by one, and what single precision leaves of their differences has a momentum that is not there. A free
+/// cloth has that of V, which is kept with care; its velocities are shifted by what is missing, if rounding explains it.
+fn keep_momentum(
+    model: &Model,
+    cloth: &ClothRange,
+    (positions, velocities): (&Vectors, &Vectors),
+    motion: &mut Vectors,
+    step: f32,
+    pool: &Pool,
+) {
+    let (mut missing, mut mass) = (DVec3::ZERO, 0.0);
+    for particle in cloth.particles() {
+        let own = f64::from(model.particles.mass[particle]);
+        missing += (velocities.get(particle).as_dvec3() - motion.get(particle).as_dvec3()) * own;
+        mass += own;
+    }
+    let shift: Vec3 = (missing / mass).as_vec3();
+    // Also false where it is no number.
+    if shift.abs().max_element() <= ROUNDINGS * f32::EPSILON * positions.reach(cloth.particles(), pool) / step {
+        motion.for_each_chunk_of(cloth.particles(), pool, |chunk| chunk.map(|_, velocity| velocity + shift));
+    }
+}
+
+/// `column = (ends - starts) / step + (after - column) / 2`
+struct Tell<'a> {
+    column: &'a mut [f32],
+    starts: &'a [f32],
+    ends: &'a [f32],
+    after: &'a [f32],
+    step: f32,
+}
+
+impl WithSimd for Tell<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { column, starts, ends, after, step } = self;
+        let places = starts.iter().zip(ends).zip(after);
+        for (value, ((start, end), after)) in column.iter_mut().zip(places) {
+            *value = (end - start) / step + (after - *value) * 0.5;
+        }
+    }
+}
