@@ -366,7 +366,7 @@ impl Engine {
 
     fn past<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f32>>> {
         let state = self.state(py);
-        let vectors: Vectors = state.memory().flat_map(Vectors::iter).collect();
+        let vectors: Vectors = state.memory().flat_map(Vectors::iter).chain(state.memory_of_cloths()).collect();
         (!vectors.is_empty()).then(|| arrays::to_numpy(py, &vectors))
     }
 
@@ -393,11 +393,13 @@ impl Engine {
             State::in_world(&self.model, place, velocities, clock)
         };
         if let Some(past) = past {
-            let rows = arrays::from_numpy("past", past, state.memory().map(Vectors::len).sum())?;
+            let count_of_memory = state.memory().map(Vectors::len).sum::<usize>() + state.calm.len();
+            let rows = arrays::from_numpy("past", past, count_of_memory)?;
             let mut rows = rows.iter();
             for vectors in state.memory_mut() {
                 *vectors = numbering.to_particles(&rows.by_ref().take(count).collect());
             }
+            state.calm.iter_mut().zip(rows).for_each(|(cycles, row)| *cycles = row.x as u32);
             state.past.length = self.schedule.step_length;
         }
         // Pins stay beside their paths.

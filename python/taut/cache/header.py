@@ -22,7 +22,7 @@ class Header:
     vertices: int
     """Vertices in each frame [1]."""
     past: int = 0
-    """Vectors that a frame has in the array `past` [1]; it has none where the state is whole without it."""
+    """Rows that a frame has in the array `past` [1]; it has none where the state is whole without it."""
 
     @property
     def cloths(self) -> int:
@@ -45,7 +45,7 @@ class Frame:
     state_hash: str
     """:attr:`taut.Simulation.state_hash`, 16 hexadecimal digits."""
     past: NDArray[np.float32] | None = None
-    """:attr:`taut.Simulation.past`, shape (n vertices, 3)."""
+    """:attr:`taut.Simulation.past`, shape (n, 3)."""
     origins: NDArray[np.float64] | None = None
     """:attr:`taut.Simulation.origins`, shape (cloths, 3); nothing if all are zero."""
     local_positions: NDArray[np.float32] | None = None

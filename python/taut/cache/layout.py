@@ -75,9 +75,9 @@ SERIES: dict[str, str] = {"time": "float64"} | {
 SERIES_CHUNK = 1024
 
 PAST = "past"
-"""float32, shape (frames, n vertices, 3), one chunk a frame; only there if a run needs it to go on:
+"""float32, shape (frames, n, 3), one chunk a frame; only there if a run needs it to go on:
 :attr:`taut.Simulation.past`. With the filter ``coarse_to_fine`` the integrator has velocities of its own
-beside those of the motion (n = 1)."""
+beside those of the motion, and each cloth a row of its own."""
 
 ORIGINS = "origins"
 """float64, shape (frames, cloths, 3): where the coordinates of each cloth begin in a frame [m]. Caches of

@@ -30,6 +30,9 @@ pub struct State {
     pub clock: Clock,
     /// What a two-step integrator remembers.
     pub past: Past,
+    /// For each cloth the number of cycles that its strain limit takes at least, as it hangs calm, and zero where it does not; empty where
+    /// no filter asks for it.
+    pub calm: Vec<u32>,
     /// How far each pin group of the model is off its path.
     pub offsets: Vec<Offset>,
 }
@@ -109,8 +112,11 @@ impl State {
     pub fn at(model: &Model, positions: Vectors, velocities: Vectors, clock: Clock) -> Self {
         let origins = model.origins.iter().map(|origin| origin.at).collect();
         let offsets = vec![Offset::default(); model.pins.len()];
-        let motion = if model.solver.tells_motion_apart() { velocities.clone() } else { Vectors::default() };
-        Self { origins, positions, velocities, motion, clock, past: Past::none(model), offsets }
+        let (motion, calm) = match model.solver.tells_motion_apart() {
+            true => (velocities.clone(), vec![0; model.cloths.len()]),
+            false => (Vectors::default(), Vec::new()),
+        };
+        Self { origins, positions, velocities, motion, clock, past: Past::none(model), calm, offsets }
     }
 
     /// The velocities that users see [m/s]: those with which positions move. V is another one after a step in which a filter held
@@ -135,7 +141,12 @@ impl State {
         own.into_iter().chain([&self.past.displacements, &self.past.gains]).filter(|vectors| !vectors.is_empty())
     }
 
-    /// The same, to be filled.
+    /// What a run needs besides, a vector for every cloth: how calm it is.
+    pub fn memory_of_cloths(&self) -> impl Iterator<Item = Vec3> {
+        self.calm.iter().map(|&cycles| Vec3::X * cycles as f32)
+    }
+
+    /// The vectors of [`Self::memory`], to be filled.
     pub fn memory_mut(&mut self) -> impl Iterator<Item = &mut Vectors> {
         let own = (!self.motion.is_empty()).then_some(&mut self.velocities);
         own.into_iter().chain([&mut self.past.displacements, &mut self.past.gains]).filter(|vectors| !vectors.is_empty())
@@ -163,6 +174,7 @@ impl State {
         self.past.gains.copy_on(&other.past.gains, pool);
         self.past.length = other.past.length;
         self.clock = other.clock;
+        self.calm.clone_from(&other.calm);
         self.offsets.clone_from(&other.offsets);
     }
 
@@ -182,16 +194,16 @@ impl State {
         let Past { displacements, gains, length } = &self.past;
         let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
         let [positions, velocities, motion] = [&self.positions, &self.velocities, &self.motion].map(order);
-        let (origins, offsets) = (self.origins.clone(), self.offsets.clone());
-        Self { origins, positions, velocities, motion, clock: self.clock, past, offsets }
+        let (origins, calm, offsets) = (self.origins.clone(), self.calm.clone(), self.offsets.clone());
+        Self { origins, positions, velocities, motion, clock: self.clock, past, calm, offsets }
     }
 
-    /// XXH3 hash of all local positions, then all velocities of the motion and then the memory, if any, each as x, y, z in
-    /// little-endian `f32`, and of the origins; see [`hash_of`]. Offsets that pins have count as well.
+    /// XXH3 hash of all local positions, then all velocities of the motion and then the memory, if any, of particles and of
+    /// cloths, each as x, y, z in little-endian `f32`, and of the origins; see [`hash_of`]. Offsets that pins have count as well.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let all = [&self.positions, self.of_motion()].into_iter().chain(self.memory());
-        let hash = hash_of(all.flat_map(Vectors::iter), &self.origins);
+        let hash = hash_of(all.flat_map(Vectors::iter).chain(self.memory_of_cloths()), &self.origins);
         let moved = self.offsets.iter().filter(|offset| **offset != Offset::default());
         moved.flat_map(Offset::numbers).fold(hash, |hash, number| hash.rotate_left(17) ^ xxh3_64(&number.to_le_bytes()))
     }

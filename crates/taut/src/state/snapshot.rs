@@ -28,7 +28,8 @@ pub enum SnapshotError {
 
 impl State {
     /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
-    /// arrays of positions, V, velocities of the motion and the past, if any, offsets of pins, held particles, hands, moved pins, XXH3 of all these.
+    /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, held particles,
+    /// hands, moved pins, XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(128 + 36 * self.positions.len() + 24 * self.past.gains.len());
@@ -41,6 +42,7 @@ impl State {
         for column in all.into_iter().flat_map(|vectors| [&vectors.x, &vectors.y, &vectors.z]) {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
         }
+        bytes.extend(self.calm.iter().flat_map(|cycles| cycles.to_le_bytes()));
         bytes.extend(self.offsets.iter().flat_map(Offset::numbers).flat_map(f64::to_le_bytes));
         bytes.extend((grips.particles().len() as u64).to_le_bytes());
         for (particle, Target { place, arrival }) in grips.held() {
@@ -96,6 +98,9 @@ impl Reader<'_> {
         let (positions, velocities, motion) = (self.vectors(count)?, self.vectors(count)?, self.vectors(of_motion)?);
         let past = Past { displacements: self.vectors(of_past)?, gains: self.vectors(of_past)?, length };
         let mut state = State { origins, motion, past, ..State::at(model, positions, velocities, clock) };
+        for cycles in &mut state.calm {
+            *cycles = self.take().map(u32::from_le_bytes)?;
+        }
         for offset in &mut state.offsets {
             *offset = Offset { now: self.place()?, target: self.place()?, pace: self.real()? };
         }

@@ -25,8 +25,10 @@ use certificate::Certificate;
 use finish::Finish;
 use motion::Motion;
 
-/// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
+/// How far below its limit R a corrected spring is aimed, as a part of its length L [1]: on meshes, whose springs cross one another, and
+/// on grids. What is taut all over is that much too short: a sheet between two edges sagged 3 to 6 % less across the wind with 0.012 ..
 const BACK_OFF: f32 = 0.012;
+const BACK_OFF_OF_GRIDS: f32 = 0.0045;
 /// .. and at most, as a part of the strain that R allows; where masses are scaled ..
 const LARGEST_BACK_OFF: f32 = 0.7;
 /// .. and elsewhere, where springs still vibrate within a step: cloth without dampers would gain energy.
@@ -44,6 +46,10 @@ const UNMEASURED: [f32; 2] = [0.25, 0.85];
 /// before so many cycles: a cloth at rest would take one cycle now and three the next time, and each leaves it elsewhere.
 const FEW: f32 = 0.01;
 const AT_LEAST: u32 = 3;
+/// A cloth hangs calm where its limit takes all of the proposed step but for this part of its kinetic energy. There a cycle more or less
+/// would be seen as a jerk: so many cycles more than were needed are taken from then on, until it moves.
+const CALM: f64 = 0.1;
+const SPARE: u32 = 2;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 
@@ -69,8 +75,8 @@ trait Levels: Send {
     fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool);
     /// One pass over all levels, from the coarsest to the finest, with a momentum that grows with the `cycles` since the last
     /// one without. Returns what is left then, or nothing where that is not worth measuring; springs that are no longer than `enough`
-    /// of R are not worth further work.
-    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<Measure>;
+    /// of R are not worth further work. Who is `sure` that more cycles will follow wants no measure, unless all is done already.
+    fn cycle(&mut self, cycles: u8, enough: f32, sure: bool, pool: &Pool) -> Option<Measure>;
     /// How far below R springs of the finest level are aimed, as a part of R.
     fn back_off(&self) -> f32;
     /// Calls `visit` with the ends of each spring of the finest level that is longer than `enough` of R, as far as the last measure
@@ -90,6 +96,8 @@ trait Levels: Send {
 
 /// One cloth: its levels and its certificate.
 struct Unit {
+    /// Which, and what it has.
+    index: usize,
     cloth: ClothRange,
     certificate: Certificate,
     levels: Box<dyn Levels>,
@@ -112,7 +120,7 @@ pub(super) struct CoarseToFine {
 
 impl CoarseToFine {
     pub(super) fn new(model: &Model, plan: &Plan) -> Self {
-        let units = model.cloths.iter().filter_map(|cloth| Unit::new(model, cloth, plan)).collect();
+        let units = model.cloths.iter().enumerate().filter_map(|(index, cloth)| Unit::new(model, index, cloth, plan)).collect();
         Self { units, corrections: Vectors::zeros(model.particle_count()) }
     }
 }
@@ -134,16 +142,18 @@ impl StrainLimit for CoarseToFine {
 
 impl Unit {
     /// A cloth; none if nothing in it is limited.
-    fn new(model: &Model, cloth: &ClothRange, plan: &Plan) -> Option<Self> {
+    fn new(model: &Model, index: usize, cloth: &ClothRange, plan: &Plan) -> Option<Self> {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
         let largest = if cloth.rates.is_empty() { LARGEST_BACK_OFF_UNSCALED } else { LARGEST_BACK_OFF };
         let shrunk = back_off_of_step(plan, cloth);
-        let delta = (BACK_OFF * shrunk).min(largest * strain) / (1.0 + strain);
+        let back_off = if cloth.lattice.is_some() { BACK_OFF_OF_GRIDS } else { BACK_OFF };
+        let delta = (back_off * shrunk).min(largest * strain) / (1.0 + strain);
         let mut levels: Box<dyn Levels> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
             None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
         Some(Self {
+            index,
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),
             finish: Finish::new(model, cloth),
@@ -174,9 +184,11 @@ impl Unit {
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
         let enough = self.enough(&state.positions, pool);
+        let at_least = state.calm[self.index];
         let mut since_restart = 0_u8;
-        while worst > enough && limited.sweeps < model.solver.iterations() {
-            let left = self.levels.cycle(since_restart, enough, pool);
+        while limited.sweeps < model.solver.iterations() {
+            let sure = limited.sweeps + 1 < at_least;
+            let left = self.levels.cycle(since_restart, enough, sure, pool);
             limited.sweeps += 1;
             since_restart =
                 if left.is_some_and(|left| left.worst > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
@@ -184,7 +196,8 @@ impl Unit {
             worst = left.worst;
             let few = limited.sweeps >= AT_LEAST && left.over <= self.few;
             let is_last = limited.sweeps == model.solver.iterations();
-            if left.over > 0 && (few || is_last) && self.finish.run(&mut *self.levels, enough, limited.sweeps) {
+            let finishes = left.over > 0 && (few || is_last);
+            if worst <= enough || finishes && self.finish.run(&mut *self.levels, enough, limited.sweeps) {
                 break;
             }
         }
@@ -195,14 +208,17 @@ impl Unit {
             let astray = frame - motion.mean();
             motion.shift(astray);
         }
+        let mut calm = false;
         if let (Some(frame), Some(before)) = (frame, energy) {
             // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is. It is not where a limit
             // has tightened, and what pulls the cloth within it does work.
             let after = self.levels.motion().energy(frame, &mut self.energies, pool);
+            calm = after < CALM * before;
             if after > before && measure(model, &self.cloth, &state.positions, pool).worst <= 1.0 {
                 self.levels.motion().slow_down(frame, (before / after).sqrt() as f32);
             }
         }
+        state.calm[self.index] = cycles_from_now(at_least, limited.sweeps, calm);
         self.levels.store(&state.positions, ends, corrections, pool);
         let rate = impulse::rate(stride, &self.cloth, &state.velocities, corrections, frame, &mut self.products, pool);
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
@@ -226,6 +242,16 @@ impl Unit {
 /// masses differ.
 fn back_off_of_step(plan: &Plan, cloth: &ClothRange) -> f32 {
     if cloth.rates.is_empty() { 1.0 } else { plan.of(cloth).relative.min(1.0).sqrt() as f32 }
+}
+
+/// How many cycles the next step takes at least, after one of which as much was asked and that took so many. It rises little by little: a
+/// single step that took many is no reason for all that follow.
+fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
+    match calm {
+        true if taken > at_least => (taken + SPARE).min(at_least + at_least / 4 + 4),
+        true => at_least,
+        false => at_least * 3 / 4,
+    }
 }
 
 /// How many cycles are sure not to be the last where such a part of the cloth is over its limit.

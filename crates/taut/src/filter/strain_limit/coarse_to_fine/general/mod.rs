@@ -164,7 +164,7 @@ impl Levels for GeneralLevels {
         self.solved = false;
     }
 
-    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<Measure> {
+    fn cycle(&mut self, cycles: u8, enough: f32, sure: bool, pool: &Pool) -> Option<Measure> {
         if let (Some(forest), false) = (&mut self.forest, self.solved) {
             self.solved = true;
             forest.correct(&self.x, &mut self.corrected, enough);
@@ -187,8 +187,8 @@ impl Levels for GeneralLevels {
         }
         self.levels[0].moved.fill(false);
         self.sweep(0, pool);
-        if self.unmeasured > 0 {
-            self.unmeasured -= 1;
+        if sure || self.unmeasured > 0 {
+            self.unmeasured = self.unmeasured.saturating_sub(1);
             return None;
         }
         let mut left = self.measure(enough, pool);

@@ -147,7 +147,7 @@ impl Levels for LatticeLevels {
         self.unmeasured = 0;
     }
 
-    fn cycle(&mut self, cycles: u8, enough: f32, pool: &Pool) -> Option<Measure> {
+    fn cycle(&mut self, cycles: u8, enough: f32, sure: bool, pool: &Pool) -> Option<Measure> {
         // Only the finest level goes on: coarser ones begin where it is.
         let momentum = momentum(cycles, 1.0);
         for index in 1..self.levels.len() {
@@ -164,8 +164,8 @@ impl Levels for LatticeLevels {
             prolong(&mut fine[index - 1], ahead, &coarse[0], &mut self.sampled[index], pool);
         }
         self.sweep(0, pool);
-        if self.unmeasured > 0 {
-            self.unmeasured -= 1;
+        if sure || self.unmeasured > 0 {
+            self.unmeasured = self.unmeasured.saturating_sub(1);
             return None;
         }
         let mut left = self.levels[0].measure(enough, &mut self.tiles, true, pool);
