@@ -16,12 +16,14 @@ class ExportError(OutputError):
 
 
 Places = NDArray[np.float32] | NDArray[np.float64]
+ROUNDING = 1e-6
+"""Part of the size of all cloth by which single precision may round places [1]."""
 
 
 def checked_frames(frames: Frames, progress: Progress | None) -> Iterator[tuple[int, Places]]:
     """Yield every frame's number and positions [m], little-endian, shape (vertices, 3).
 
-    They are float32, and float64 where that would round places far from the origin.
+    They are float32, and float64 where that would round places of cloth far from the origin.
 
     Raises:
         ExportError: a position is not finite; there are no frames.
@@ -44,7 +46,9 @@ def _places(frames: Frames, frame: int) -> Places:
     if not isinstance(frames, Exact):
         return single
     exact = np.ascontiguousarray(frames.exact_positions(frame), dtype="<f8")
-    return single if np.array_equal(single, exact, equal_nan=True) else exact
+    # What is not finite compares as false, and is refused.
+    rounded = len(exact) > 0 and np.abs(single - exact).max() > ROUNDING * np.ptp(exact, axis=0).max()
+    return exact if rounded else single
 
 
 def write_folder(
