@@ -131,7 +131,8 @@ def test_the_summary_comes_from_the_frames(recorded: Path) -> None:
     summary = summarize(cache)
     worst = [float(cache.stretch(index).max()) for index in range(30)]
     assert summary.worst_stretch == pytest.approx(max(worst), abs=1e-6)
-    assert summary.worst_frame == int(np.argmax(worst))
+    # Several frames are at the limit, but for rounding.
+    assert worst[summary.worst_frame] == pytest.approx(max(worst), abs=1e-6)
     assert tuple(cache.springs[summary.worst_spring]) == summary.worst_vertices
     assert (summary.worst_cloth, summary.limit, summary.frames, summary.vertices) == ("flag", 0.04, 30, 35)
     assert summary.ms_per_frame == pytest.approx(np.median(cache.diagnostics["ms"][1:]))

@@ -142,9 +142,10 @@ def test_info_as_json(taut: Command, recorded: Path) -> None:
     numbers = json.loads(taut("info", recorded, "--json").out)
     cache = Cache.open(recorded)
     stretch = np.array([cache.stretch(frame) for frame in range(cache.frames)])
-    frame, spring = np.unravel_index(stretch.argmax(), stretch.shape)
+    # Several springs are at the limit, but for rounding.
+    frame, spring = numbers["worst_frame"], numbers["worst_spring"]
+    assert stretch[frame, spring] == pytest.approx(stretch.max(), abs=1e-6)
     assert numbers["worst_stretch"] == pytest.approx(stretch.max(), abs=1e-6)
-    assert (numbers["worst_frame"], numbers["worst_spring"]) == (frame, spring)
     assert numbers["worst_vertices"] == cache.springs[spring].tolist()
     assert numbers["worst_stretch_in_steps"] >= numbers["worst_stretch"]
     assert numbers["ms_per_frame"] == pytest.approx(np.median(cache.diagnostics["ms"][1:]))

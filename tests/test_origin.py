@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from taut import Cache, Scene, SceneError, Simulation, record
+from taut.formats import export
 
 FAR = [99_000.1, -20_000.7, 0.0]
 """Where the cloth is put [m]; its grid begins 1 m above that."""
@@ -82,3 +83,35 @@ def test_meshes_that_are_too_far_away_are_refused() -> None:
         SceneError, match=r"cloth\[0\]\.mesh.* vertex 1 is at .*; is the mesh in millimetres\?"
     ):
         Simulation(Scene(document, meshes={"m": (vertices, [[0, 1, 2]])}))
+
+
+def test_meshes_and_nets_far_away_move_and_are_written_as_near_the_origin(tmp_path: Path) -> None:
+    vertices = np.array([[x / 8, y / 8, 0.001 * ((3 * x + y) % 4)] for y in range(9) for x in range(9)])
+    quads = [9 * y + x for y in range(8) for x in range(8)]
+    faces = np.array([[a + step for step in steps] for a in quads for steps in ((0, 1, 10), (0, 10, 9))])
+    points = [[0.05 * bead, 2.0, 0.0] for bead in range(11)]
+    net = {"points": points, "links": [[bead, bead + 1] for bead in range(10)], "mass": 0.01}
+    shapes: list[dict[str, Any]] = [
+        {"name": "mesh", "mesh": "sheet", "pins": [{"vertices": [0]}]},
+        {"name": "net", "network": net, "pins": [{"vertices": [0]}]},
+    ]
+    way = np.array([1e5, -1e5, 1e5])
+    written = {}
+    for name, off in (("near", np.zeros(3)), ("far", way)):
+        cloth = [shape | {"strain_limit": 0.02, "translate": off.tolist()} for shape in shapes]
+        scene = Scene({"duration": 0.5, "cloth": cloth}, {"sheet": (vertices, faces)})
+        record(Simulation(scene), tmp_path / f"{name}.zarr")
+        cache = Cache.open(tmp_path / f"{name}.zarr")
+        for kind in ("obj", "ply"):
+            export(cache, kind, tmp_path / f"{name}.{kind}.frames")
+        obj = max((tmp_path / f"{name}.obj.frames").iterdir()).read_text().splitlines()
+        ply = max((tmp_path / f"{name}.ply.frames").iterdir()).read_bytes()
+        real = "<f4" if name == "near" else "<f8"
+        assert (b"property double x" in ply) == (name == "far")
+        row = np.dtype([("x", real, 3), ("stretch", "<f4")])
+        table = np.frombuffer(ply.split(b"end_header\n", 1)[1], row, len(vertices) + len(points))
+        read = np.array([[float(part) for part in line.split()[1:]] for line in obj if line.startswith("v ")])
+        written[name] = [cache.exact_positions(-1) - off, read - off, table["x"] - off]
+    for near, far in zip(written["near"], written["far"], strict=True):
+        np.testing.assert_allclose(far, near, atol=1e-6)
+    assert np.ptp(written["far"][0][:81, 2]) > 0.2, "it moves"

@@ -10,6 +10,7 @@ __all__ = [
     "SceneError",
     "SimulationError",
     "__version__",
+    "break_next_step",
     "resolve_scene",
     "scene_schema",
     "simd_lanes",
@@ -56,6 +57,9 @@ class Report(TypedDict):
     """Largest part of its motion that the certificate took from a cloth in a step."""
     mean_lost_motion: float
     """The same, mean of the steps."""
+    repaired_momentum: list[float]
+    """What rounding took from the momentum of free cloths, and was given back, summed over the steps
+    [kg m/s]."""
     kinetic_energy: float
     """At the end of the call [J]."""
     elastic_energy: float
@@ -66,6 +70,9 @@ class Report(TypedDict):
 _Mesh: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]
 """vertices [m, before scale], shape (vertices, 3); corners: all faces' vertex indices, face after face;
 counts: corners of each face (3 or more)."""
+
+def break_next_step() -> None:
+    """For tests: the next step of any simulation panics, as a mistake in the engine would."""
 
 def scene_schema() -> str:
     """The JSON schema of a scene; descriptions carry the units."""

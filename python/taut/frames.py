@@ -1,7 +1,7 @@
 """What a picture or an exported file needs to know of a simulation: the reading side of a cache."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,14 @@ class Frames(Protocol):
 
     def stretch(self, frame: int) -> NDArray[np.float32]:
         """|X_uv| / L - 1 of each spring, shape (springs,)."""
+
+
+@runtime_checkable
+class Exact(Protocol):
+    """Frames that know places in the world in double precision, far from its origin too."""
+
+    def exact_positions(self, frame: int) -> NDArray[np.float64]:
+        """Positions [m], shape (vertices, 3)."""
 
 
 def frame_rate(frames: Frames) -> float:

@@ -1,5 +1,6 @@
 """What happened in a call of the engine."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 
@@ -46,3 +47,6 @@ class Report:
     """Energy stored in the springs at the end of the call [J]."""
     potential_energy: float
     """In gravity, relative to the origin, at the end of the call [J]."""
+    repaired_momentum: Sequence[float] = (0.0, 0.0, 0.0)
+    """What rounding took from the momentum of free cloths, and was given back, summed over the steps
+    [kg m/s]."""

@@ -21,6 +21,7 @@ ROWS: dict[str, Callable[[Effort], Row]] = {
     "tip": motion.heavy_tip,
     "chain": chain.swing,
     "momentum": momentum.drift,
+    "raw-momentum": momentum.raw,
     "mesh": mesh.beside_a_grid,
     "mesh-threads": mesh.threads,
     "mesh-growth": mesh.growth,

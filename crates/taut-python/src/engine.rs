@@ -20,7 +20,7 @@ use taut::step::{Work, admit, external};
 
 use crate::checks::{below, duration, movable, scene_with, workers};
 use crate::report::report;
-use crate::turns::Turns;
+use crate::turns::{Turns, or_error};
 use crate::{SimulationError, arrays, pools, scene_error, yardstick};
 
 /// See `_taut.pyi` for the documentation of the members.
@@ -62,10 +62,11 @@ impl Engine {
 
     fn advance<'py>(&self, py: Python<'py>, count: u64, dt: f64) -> PyResult<Bound<'py, PyDict>> {
         let mut turns = Turns::new();
-        let (result, time) = self.with(py, |Running { state, inputs, work, .. }| {
-            let result = advance_in_turns(&self.model, state, inputs, dt, count, work, &mut || turns.next());
-            (result, state.time())
-        });
+        let (result, time) = or_error(|| {
+            self.with(py, |Running { state, inputs, work, .. }| {
+                (advance_in_turns(&self.model, state, inputs, dt, count, work, &mut || turns.next()), state.time())
+            })
+        })?;
         match result {
             Ok(summary) => report(py, &summary, time),
             Err(failure) => Err(turns.raised.unwrap_or_else(|| self.explain(failure))),

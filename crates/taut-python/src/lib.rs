@@ -50,5 +50,6 @@ fn _taut(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scene_schema, module)?)?;
     module.add_function(wrap_pyfunction!(resolve_scene, module)?)?;
     module.add_function(wrap_pyfunction!(simd_lanes, module)?)?;
+    module.add_function(wrap_pyfunction!(turns::break_next_step, module)?)?;
     module.add_function(wrap_pyfunction!(arrays::state_hash, module)?)
 }

@@ -2,6 +2,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
+use glam::DVec3;
+
 use crate::health::{Glance, StateReport, StepReport};
 use crate::inputs::Inputs;
 use crate::model::Model;
@@ -36,6 +38,8 @@ pub struct Summary {
     pub lost_motion: f64,
     /// The same, mean of the steps [1].
     pub mean_lost_motion: f64,
+    /// The momentum that rounding took from free cloths, and that was given back, summed over the steps [kg m/s].
+    pub repaired_momentum: DVec3,
 }
 
 /// Why several steps were not taken. The state, and all that the workspace might remember, are as they were before.
@@ -153,6 +157,7 @@ impl Summary {
         self.sweeps += u64::from(report.limited.sweeps);
         self.cuts += u64::from(report.limited.cuts);
         self.held_back_pins += u64::from(report.limited.held_back_pins);
+        self.repaired_momentum += report.repaired;
         self.lost_motion = self.lost_motion.max(report.limited.lost_motion);
         self.mean_lost_motion += (report.limited.lost_motion - self.mean_lost_motion) / self.steps as f64;
     }

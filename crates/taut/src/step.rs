@@ -140,8 +140,8 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
         filter::hold(stride, state); // paths, targets, hands -> v of what is held
         let evaluations = integrate::propose(stride, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
         let limited = filter::apply(stride, state, ends, filter, pool); // x*, v* -> admissible ones
-        integrate::advance(stride, state, ends, forces, integrator, pool); // x = x*
-        StepReport { evaluations, limited }
+        let repaired = integrate::advance(stride, state, ends, forces, integrator, pool); // x = x*
+        StepReport { evaluations, limited, repaired }
     })
 }
 

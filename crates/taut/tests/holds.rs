@@ -3,8 +3,10 @@
 
 mod common;
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use common::{Simulation, crooked, mesh_scene, scene_of, sheet, worst};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::advance::{Failure, advance, advance_in_turns};
 use taut::inputs::Target;
@@ -203,4 +205,40 @@ fn lengths_that_no_step_can_have_are_refused() {
         assert!(matches!(failure, Failure::BadLength(_)) && text.contains("dt =") && text.contains("above 0"), "{text}");
     }
     assert_eq!(run.state, before);
+}
+
+#[test]
+fn a_panic_inside_a_step_leaves_no_trace_and_no_waiting_threads() {
+    let sheet = json!({ "cloth": [{ "grid": { "cells": [80, 80] }, "fabric": "cotton", "pins": [{ "corner": "top-left" }] }] });
+    for threads in [1, 3] {
+        let mut run = Simulation::on_threads(&sheet, threads);
+        run.steps(3);
+        let (before, at) = (run.state.clone(), run.state.hash());
+        run.steps(4);
+        let expected = run.state.hash();
+        run.state = before;
+        // No such particle: the engine breaks down on a thread of the pool.
+        let mut broken = run.inputs.clone();
+        broken.grips.lead(u32::MAX - 1, DVec3::ZERO, 1.0);
+        let dt = run.step_length();
+        let fails = catch_unwind(AssertUnwindSafe(|| {
+            let Simulation { model, state, work, .. } = &mut run;
+            advance(model, state, &broken, dt, 4, work)
+        }));
+        assert!(fails.is_err(), "it should have panicked");
+        assert_eq!(run.state.hash(), at, "{threads} threads: the state");
+        let mut turns = 0;
+        let fails = catch_unwind(AssertUnwindSafe(|| {
+            let Simulation { model, state, inputs, work } = &mut run;
+            advance_in_turns(model, state, inputs, dt, 4, work, &mut || {
+                turns += 1;
+                assert!(turns < 3, "the third turn");
+                Some(1)
+            })
+        }));
+        assert!(fails.is_err() && turns == 3, "it should have panicked in the third turn");
+        assert_eq!(run.state.hash(), at, "{threads} threads: the state after two steps and a panic");
+        run.steps(4);
+        assert_eq!(run.state.hash(), expected, "{threads} threads: further steps");
+    }
 }

@@ -55,7 +55,8 @@ fn what_hangs_still_has_no_velocity() {
         let last = run.steps(steps).last;
         let [own, told] = [&run.state.velocities, run.state.of_motion()].map(fastest);
         let half = (0.5 * GRAVITY * run.step_length()) as f32;
-        assert!((own / half - 1.0).abs() < 0.2, "V is that of half a step's fall, {half} m/s, not {own} m/s");
+        // Springs that have room below their limit still bear a part.
+        assert!((0.5..1.2).contains(&(own / half)), "V is about that of half a step's fall, {half} m/s, not {own} m/s");
         assert!(told < REST, "{told} m/s");
         let still: f32 = run.model.particles.mass.iter().sum::<f32>() * 0.5 * REST * REST;
         assert!(last.kinetic_energy < f64::from(still), "{} J", last.kinetic_energy);

@@ -3,18 +3,17 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from taut.formats.writing import write_folder
+from taut.formats.writing import Places, write_folder
 from taut.frames import Frames, Progress, links, vertex_stretch
 
-_VERTEX = np.dtype([("position", "<f4", 3), ("stretch", "<f4")])
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
 
 def export_ply(frames: Frames, out: Path, overwrite: bool, progress: Progress | None) -> None:
     """Write one PLY a frame into the folder ``out``: positions, ``stretch``, triangles, links as edges.
 
+    Positions are ``float``, and ``double`` in frames that ``float`` would round far from the origin.
     ``stretch`` of a vertex is the largest |X_uv| / L - 1 of the springs that meet there.
 
     Raises:
@@ -26,11 +25,12 @@ def export_ply(frames: Frames, out: Path, overwrite: bool, progress: Progress | 
     faces["corners"] = frames.faces
     title = " ".join(frames.title.split()).encode("ascii", "replace").decode()
 
-    def write(stem: Path, frame: int, positions: NDArray[np.float32]) -> None:
-        vertices = np.zeros(len(positions), dtype=_VERTEX)
+    def write(stem: Path, frame: int, positions: Places) -> None:
+        vertices = np.zeros(len(positions), dtype=[("position", positions.dtype, 3), ("stretch", "<f4")])
         vertices["position"] = positions
         vertices["stretch"] = vertex_stretch(frames, frame)
-        head = _header(f"{title}: frame {frame}", len(vertices), len(faces), len(edges))
+        kind = "float" if positions.dtype == np.float32 else "double"
+        head = _header(f"{title}: frame {frame}", kind, len(vertices), len(faces), len(edges))
         with stem.with_suffix(".ply").open("wb") as file:
             file.write(head.encode("ascii"))
             for block in (vertices, faces, edges):
@@ -39,9 +39,9 @@ def export_ply(frames: Frames, out: Path, overwrite: bool, progress: Progress | 
     write_folder(frames, out, write, overwrite, progress)
 
 
-def _header(comment: str, vertices: int, faces: int, edges: int) -> str:
+def _header(comment: str, kind: str, vertices: int, faces: int, edges: int) -> str:
     lines = ["ply", "format binary_little_endian 1.0", f"comment {comment}", f"element vertex {vertices}"]
-    lines += [f"property float {name}" for name in ("x", "y", "z", "stretch")]
+    lines += [f"property {kind} {name}" for name in "xyz"] + ["property float stretch"]
     if faces:
         lines += [f"element face {faces}", "property list uchar int vertex_indices"]
     if edges:

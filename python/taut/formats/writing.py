@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from taut.frames import Frames, Progress
+from taut.frames import Exact, Frames, Progress
 from taut.output import OutputError, whole_folder
 
 
@@ -15,8 +15,15 @@ class ExportError(OutputError):
     """Frames cannot be exported. The text names the file or frame, the reason and a remedy."""
 
 
-def checked_frames(frames: Frames, progress: Progress | None) -> Iterator[tuple[int, NDArray[np.float32]]]:
+Places = NDArray[np.float32] | NDArray[np.float64]
+ROUNDING = 1e-6
+"""Part of the size of all cloth by which single precision may round places [1]."""
+
+
+def checked_frames(frames: Frames, progress: Progress | None) -> Iterator[tuple[int, Places]]:
     """Yield every frame's number and positions [m], little-endian, shape (vertices, 3).
+
+    They are float32, and float64 where that would round places of cloth far from the origin.
 
     Raises:
         ExportError: a position is not finite; there are no frames.
@@ -24,7 +31,7 @@ def checked_frames(frames: Frames, progress: Progress | None) -> Iterator[tuple[
     if frames.frames == 0:
         raise ExportError(f"{frames.title!r} has no frames to export: run the simulation first")
     for frame in range(frames.frames):
-        positions = np.ascontiguousarray(frames.positions(frame), dtype="<f4")
+        positions = _places(frames, frame)
         bad = np.flatnonzero(~np.isfinite(positions).all(axis=1))
         if bad.size:
             where = f"frame {frame}: vertex {bad[0]} is at {positions[bad[0]].tolist()}"
@@ -34,10 +41,20 @@ def checked_frames(frames: Frames, progress: Progress | None) -> Iterator[tuple[
             progress(frame + 1, frames.frames)
 
 
+def _places(frames: Frames, frame: int) -> Places:
+    single = np.ascontiguousarray(frames.positions(frame), dtype="<f4")
+    if not isinstance(frames, Exact):
+        return single
+    exact = np.ascontiguousarray(frames.exact_positions(frame), dtype="<f8")
+    # What is not finite compares as false, and is refused.
+    rounded = len(exact) > 0 and np.abs(single - exact).max() > ROUNDING * np.ptp(exact, axis=0).max()
+    return exact if rounded else single
+
+
 def write_folder(
     frames: Frames,
     out: Path,
-    write: Callable[[Path, int, NDArray[np.float32]], None],
+    write: Callable[[Path, int, Places], None],
     overwrite: bool,
     progress: Progress | None,
 ) -> None:

@@ -8,7 +8,8 @@ use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::State;
 
-/// A hand closes a gap to its target in about this time [s], unless that is above its speed.
+/// A hand closes a gap to its target in about this time [s], unless that is above its speed: hands are as quick before small cloth as
+/// before large.
 const RESPONSE: f32 = 1.0 / 60.0;
 /// Pins that had to wait ask for this part of their speed in the next step, ..
 const PATIENCE: f64 = 0.25;

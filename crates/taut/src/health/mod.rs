@@ -4,7 +4,7 @@ mod grid;
 
 use std::ops::Range;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -23,6 +23,8 @@ pub struct StepReport {
     pub evaluations: u32,
     /// What the filter did.
     pub limited: Limited,
+    /// The momentum that rounding took from free cloths, and that was given back [kg m/s].
+    pub repaired: DVec3,
 }
 
 /// What is seen of a state at a glance.

@@ -39,6 +39,12 @@ impl Track {
         before.1
     }
 
+    /// The greatest length that it ever has: straight lines are nowhere longer than at their ends.
+    #[must_use]
+    pub fn greatest(&self) -> f64 {
+        self.keyframes.iter().map(|keyframe| DVec3::from_array(keyframe.1).length()).fold(self.start.length(), f64::max)
+    }
+
     /// The times at which its direction changes [s].
     pub fn times(&self) -> impl Iterator<Item = f64> {
         self.keyframes.iter().map(|keyframe| keyframe.0)

@@ -16,6 +16,8 @@ mod rk4;
 mod runge_kutta;
 mod verlet;
 
+use glam::DVec3;
+
 use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
@@ -88,10 +90,18 @@ pub fn propose(
     integrator.method.propose(Step { stride, state, ends }, forces, pool)
 }
 
-/// The step has been admitted: its ends are the new positions, and the old ones are its ends.
-pub fn advance(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, forces: &Forces, integrator: &Integrator, pool: &Pool) {
+/// The step has been admitted: its ends are the new positions, and the old ones are its ends. Returns the momentum that rounding took
+/// from free cloths, and that they have back [kg m/s].
+pub fn advance(
+    stride: Stride<'_>,
+    state: &mut State,
+    ends: &mut Vectors,
+    forces: &Forces,
+    integrator: &Integrator,
+    pool: &Pool,
+) -> DVec3 {
     let Stride { model, plan, .. } = stride;
-    integrator.momentum.keep(stride, state, forces.acceleration());
+    let repaired = integrator.momentum.keep(stride, state, forces.acceleration());
     std::mem::swap(&mut state.positions, ends);
     integrator.motion.tell(stride, state, ends, pool);
     state.clock = state.clock.next(plan.length);
@@ -99,4 +109,5 @@ pub fn advance(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, forces
         state.past.displacements.set_scaled(0..model.particle_count(), &state.positions, ends, -1.0, pool);
         state.past.length = plan.length;
     }
+    repaired
 }

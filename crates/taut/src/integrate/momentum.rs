@@ -37,9 +37,11 @@ impl Momentum {
         }
     }
 
-    /// Gives back what is missing after the step, in which `acceleration` [m/s^2] acted from outside.
-    pub fn keep(&self, stride: Stride<'_>, state: &mut State, acceleration: &Vectors) {
+    /// Gives back what is missing after the step, in which `acceleration` [m/s^2] acted from outside. Returns how much, of all cloths
+    /// [kg m/s].
+    pub fn keep(&self, stride: Stride<'_>, state: &mut State, acceleration: &Vectors) -> DVec3 {
         let (model, velocities) = (stride.model, &mut state.velocities);
+        let mut given = DVec3::ZERO;
         for &(cloth, before) in &self.free {
             let cloth = &model.cloths[cloth];
             let missing = before + sum(model, cloth, acceleration) * stride.plan.length - sum(model, cloth, velocities);
@@ -47,11 +49,13 @@ impl Momentum {
             let size: f64 = cloth.particles().map(|at| f64::from(masses[at] * velocities.get(at).length())).sum();
             // Also false where a velocity is not finite, which will be reported.
             if missing.length() <= ROUNDING * size {
+                given += missing;
                 for (axis, missing) in missing.to_array().into_iter().enumerate() {
                     give(model, cloth, velocities, axis, missing);
                 }
             }
         }
+        given
     }
 }
 

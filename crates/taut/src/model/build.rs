@@ -7,6 +7,7 @@ use glam::DVec3;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::bending::{CurvedCloth, Row};
+use super::extent;
 use super::part::{Panel, Part};
 use super::{
     Adjacency, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice, LevelRate,
@@ -235,6 +236,7 @@ impl Assembly {
             lattice: None,
             hierarchy: None,
             index: self.cloths.len(),
+            size: 0.0,
             strain_limit: cloth.tightest_limit(),
             fastest: LevelRate::default(),
             rates: Vec::new(),
@@ -267,6 +269,7 @@ impl Assembly {
             let of_cloth = springs.ends[next..springs.type1].iter().take_while(|ends| particles.contains(&(ends[0] as usize)));
             range.springs = next..next + of_cloth.count();
             next = range.springs.end;
+            range.size = extent::size(&springs, range.springs.clone(), &self.particles.rest);
             if let Some(lattice) = cloth.grid.as_ref().and_then(|grid| Lattice::new(grid, range, &springs)) {
                 range.lattice = Some(lattices.len());
                 lattices.push(lattice);

@@ -4,6 +4,7 @@ mod adjacency;
 mod bending;
 mod build;
 mod curve;
+mod extent;
 mod free;
 mod grid;
 mod hierarchy;
@@ -108,6 +109,8 @@ pub struct ClothRange {
     pub hierarchy: Option<usize>,
     /// Which of the cloths it is.
     pub index: usize,
+    /// How large it is: the side of a square that is as widely spread [m].
+    pub size: f64,
     /// Its strain limit [1].
     pub strain_limit: f64,
     /// How fast it can vibrate.

@@ -1,5 +1,6 @@
 //! The step that a scene asks for: chosen, or checked against its bound.
 
+use super::pace;
 use super::parts::{Plan, SAFETY, is_divided, scaled, spring_steps};
 use super::stability::{self, GROWTH_TIME, of_euler};
 use crate::geometry::{cbrt, power};
@@ -7,15 +8,16 @@ use crate::inputs::Inputs;
 use crate::model::{ClothRange, Model, Rates};
 use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
 
-/// Longest step that "auto" takes where stability does not bound it [s], for the sake of the motion.
-const LONGEST: f64 = 1.0 / 60.0;
+/// Longest step that "auto" takes where stability does not bound it, for the sake of the motion, as a part of the time in which the
+/// cloth moves by its size [1]: 1/60 s for a cloth of 1 m.
+const LONGEST: f64 = 0.0522;
 /// Under limits tighter than this [1] it shrinks with their cube root.
 const ROOMY: f64 = 0.05;
 /// Where a particle has a part s of the mass of a cloth, "auto" takes 1 + 28 s times as many steps: it throws the cloth about, and
 /// single steps leave the motion. Measured (docs/decisions/coarse-to-fine.md).
 const HURRY: f64 = 28.0;
-/// What does not scale masses, networks, has a longest step of ..
-const LONGEST_UNSCALED: f64 = 1.0 / 120.0;
+/// What does not scale masses, networks, has a longest step of this part of that time [1] ..
+const LONGEST_UNSCALED: f64 = 0.0261;
 /// .. if the limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
 /// filter that looks at the whole step only cannot stop them: one that takes back what many of them did leaves the cloth
 /// pressed together. So the step shrinks with the root of the limit, ..
@@ -42,6 +44,8 @@ pub struct Schedule {
     pub bound: f64,
     /// What "auto" would take for each cloth alone if springs took parts of it and it were not weighted at a point [s].
     unhurried: Vec<f64>,
+    /// The time in which each cloth moves by its size [s].
+    pace: Vec<f64>,
     /// What is to be said if one cloth makes the steps of all much shorter.
     culprit: Option<String>,
 }
@@ -58,16 +62,15 @@ impl Schedule {
         let frame = 1.0 / scene.fps;
         // A frame that is a whole number of longest steps but for rounding needs no further one.
         let steps = |longest: f64| (frame / longest * (1.0 - 1e-9)).ceil().max(1.0);
-        let [wanted, least] = wanted(cloths, bound);
+        let pace: Vec<f64> = cloths.iter().map(|cloth| pace::time(cloth, inputs, frame / LONGEST)).collect();
+        let whole = Whole { frame, pace: &pace, bound };
+        let [wanted, least] = wanted(cloths, whole);
         let unhurried = cloths.iter().map(|cloth| {
-            if divided { frame / steps(longest_divided(cloth, PARTS, bound)) } else { longest_scaled(cloth.strain_limit) }
+            if divided { frame / steps(longest_divided(cloth, PARTS, whole)) } else { longest_scaled(cloth, whole) }
         });
-        let longest = if divided {
-            // Nothing else bounds a scene of no cloths.
-            wanted.iter().copied().fold(LONGEST, f64::min)
-        } else {
-            longest_whole(scene, rates, inputs, bound)
-        };
+        let unhurried: Vec<f64> = unhurried.collect();
+        let longest =
+            if divided { wanted.iter().copied().fold(frame, f64::min) } else { longest_whole(scene, rates, inputs, whole) };
         let enough = steps(longest);
         let culprit = Some(()).filter(|()| divided && scene.solver.substeps == Substeps::Auto);
         let culprit = culprit.and_then(|()| culprit_of(cloths, &least, frame));
@@ -108,7 +111,7 @@ impl Schedule {
                 }
             }
         }
-        Ok(Self { substeps, step_length, bound, unhurried: unhurried.collect(), culprit })
+        Ok(Self { substeps, step_length, bound, unhurried, pace, culprit })
     }
 
     /// Length of a frame [s].
@@ -120,7 +123,7 @@ impl Schedule {
     /// Plans a step of `length` seconds.
     #[must_use]
     pub fn plan(&self, model: &Model, length: f64) -> Plan {
-        Plan::new(model, length, &self.unhurried)
+        Plan::new(model, length, &self.unhurried, &self.pace)
     }
 
     /// Checks the length of a step that nobody chose for the scene. Springs and dampers bound it, the air does not: what it does in
@@ -195,16 +198,27 @@ fn remedy(scene: &Scene) -> String {
     })
 }
 
+/// What steps are parts of.
+#[derive(Clone, Copy)]
+struct Whole<'a> {
+    /// [s]
+    frame: f64,
+    /// The time in which each cloth moves by its size [s].
+    pace: &'a [f64],
+    /// The largest stable step [s].
+    bound: f64,
+}
+
 /// The longest step of "auto" where masses can be scaled and the air does not bound it [s].
-fn longest_scaled(limit: f64) -> f64 {
-    LONGEST * cbrt(limit / ROOMY).min(1.0)
+fn longest_scaled(cloth: &ClothRange, Whole { frame, pace, .. }: Whole<'_>) -> f64 {
+    pace::part(frame, LONGEST * pace[cloth.index] * cbrt(cloth.strain_limit / ROOMY).min(1.0))
 }
 
 /// The steps that cloths want beside each other [s]. A cloth whose springs are stiff takes more parts rather than have others take more
 /// steps: nets that take hundreds of parts are as near the converged motion as in the steps they want alone
 /// (docs/decisions/README.md). And the steps that they could do with, however short the others want theirs.
-fn wanted(cloths: &[ClothRange], bound: f64) -> [Vec<f64>; 2] {
-    let with = |parts: f64| move |cloth: &ClothRange| longest_divided(cloth, parts, bound) / hurry(cloth);
+fn wanted(cloths: &[ClothRange], whole: Whole<'_>) -> [Vec<f64>; 2] {
+    let with = |parts: f64| move |cloth: &ClothRange| longest_divided(cloth, parts, whole) / hurry(cloth);
     let alone: Vec<f64> = cloths.iter().map(with(PARTS)).collect();
     let least: Vec<f64> = cloths.iter().map(with(f64::INFINITY)).collect();
     let beside = |index: usize| {
@@ -216,22 +230,23 @@ fn wanted(cloths: &[ClothRange], bound: f64) -> [Vec<f64>; 2] {
 }
 
 /// The longest step of "auto" for a cloth where it is divided further, into so many parts at most [s].
-fn longest_divided(cloth: &ClothRange, parts: f64, bound: f64) -> f64 {
-    let limit = cloth.strain_limit;
+fn longest_divided(cloth: &ClothRange, parts: f64, whole: Whole<'_>) -> f64 {
+    let (limit, pace) = (cloth.strain_limit, whole.pace[cloth.index]);
     let scales = |step: f64| {
         let (unscaled, _) = spring_steps(step, &cloth.fastest);
-        unscaled <= parts || scaled(step, unscaled, cloth).is_some()
+        unscaled <= parts || scaled(step, unscaled, cloth, pace).is_some()
     };
-    let with_scaling = longest_scaled(limit).min(SAFETY * bound);
+    let with_scaling = longest_scaled(cloth, whole).min(SAFETY * whole.bound);
     let longest = if !cloth.rates.is_empty() && scales(with_scaling) {
         with_scaling
     } else {
         let spring_step = SAFETY * of_euler(cloth.fastest.frequency_squared, 0.0);
         let parts = parts * power((limit / TIGHT).max(1.0), 2);
-        let by_limit = (LONGEST_UNSCALED * (limit / ROOMY_UNSCALED).sqrt()).min(parts * spring_step);
-        LONGEST_UNSCALED.min(by_limit.max(spring_step))
+        let longest = |part: f64| pace::part(whole.frame, LONGEST_UNSCALED * pace * part);
+        let by_limit = longest((limit / ROOMY_UNSCALED).sqrt()).min(parts * spring_step);
+        longest(1.0).min(by_limit.max(spring_step))
     };
-    longest.min(SAFETY * bound)
+    longest.min(SAFETY * whole.bound)
 }
 
 /// How many times as many steps a cloth takes that is weighted at a point.
@@ -258,10 +273,12 @@ fn culprit_of(cloths: &[ClothRange], wanted: &[f64], frame: f64) -> Option<Strin
 }
 
 /// The longest step of "auto" that all forces take whole [s].
-fn longest_whole(scene: &Scene, rates: &Rates, inputs: &Inputs, bound: f64) -> f64 {
+fn longest_whole(scene: &Scene, rates: &Rates, inputs: &Inputs, Whole { frame, pace, bound }: Whole<'_>) -> f64 {
     let by_constraints = matches!(scene.solver.filter, FilterKind::Rods | FilterKind::FastProjection | FilterKind::Xpbd);
     let for_motion = by_constraints || scene.solver.integrator.is_implicit();
-    let longest = if for_motion { LONGEST_UNSCALED.min(SAFETY * bound) } else { SAFETY * bound };
+    let shortest = pace.iter().copied().fold(f64::INFINITY, f64::min);
+    let motion = if for_motion { pace::part(frame, LONGEST_UNSCALED * shortest) } else { f64::INFINITY };
+    let longest = motion.min(SAFETY * bound);
     if rates.resolved == rates.frequency_squared {
         return longest;
     }

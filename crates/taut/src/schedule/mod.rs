@@ -1,6 +1,7 @@
 //! How long a step is, and in how many parts springs and dampers take it: every policy about steps, with its constants.
 
 mod choice;
+mod pace;
 mod parts;
 mod stability;
 

@@ -1,5 +1,6 @@
 //! A step of some length, planned: parts of the springs, stages of the dampers.
 
+use super::pace;
 use super::stability::of_euler;
 use crate::geometry::power;
 use crate::model::{ClothRange, LevelRate, Model, shares};
@@ -7,8 +8,9 @@ use crate::scene::{FilterKind, IntegratorKind, Solver};
 
 /// Part of the bound that plans use: compression turns springs soft, impulses of a filter do not count.
 pub(super) const SAFETY: f64 = 0.9;
-/// The longest part of a step that springs with scaled masses take [s]: vibrations that are slower than this are as they should be.
-const SCALED_PART: f64 = 1.0 / 180.0;
+/// The longest part of a step that springs with scaled masses take, as a part of the time in which the cloth moves by its size [1]:
+/// vibrations that are slower than this are as they should be. 1/180 s for a cloth of 1 m.
+const SCALED_PART: f64 = 0.0174;
 /// How much larger the largest eigenvalue of springs with scaled masses may be than that of each level, with its share.
 const OVERLAP: f64 = 1.25;
 
@@ -63,12 +65,12 @@ pub struct ScaledTiming {
 impl Plan {
     /// A step of `length` seconds. Most filters look at every step of the springs. The coarse-to-fine filter takes longer steps of
     /// the Euler method, within which springs and dampers go their own, shorter ones.
-    pub(super) fn new(model: &Model, length: f64, unhurried: &[f64]) -> Self {
+    pub(super) fn new(model: &Model, length: f64, unhurried: &[f64], pace: &[f64]) -> Self {
         let divided = is_divided(&model.solver);
         let of_cloth = |(cloth, unhurried): (&ClothRange, &f64)| {
             let relative = length / unhurried;
             if divided {
-                ClothPlan { relative, ..ClothPlan::divided(cloth, length) }
+                ClothPlan { relative, ..ClothPlan::divided(cloth, length, pace[cloth.index]) }
             } else {
                 let damping_stages = u32::from(model.rates.damping > 0.0);
                 ClothPlan { relative, spring_steps: 1, damping_stages, ..ClothPlan::default() }
@@ -85,12 +87,12 @@ impl Plan {
 }
 
 impl ClothPlan {
-    fn divided(cloth: &ClothRange, length: f64) -> Self {
+    fn divided(cloth: &ClothRange, length: f64, pace: f64) -> Self {
         let (spring_steps, springs_ahead) = spring_steps(length, &cloth.fastest);
         let rate = length * cloth.fastest.damping / SAFETY;
         // s stages are stable up to h g = s^2 + s.
         let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
-        let scaled = scaled(length, spring_steps, cloth);
+        let scaled = scaled(length, spring_steps, cloth, pace);
         Self { relative: 1.0, spring_steps: spring_steps as u32, springs_ahead, damping_stages, scaled }
     }
 
@@ -117,9 +119,10 @@ pub(super) fn spring_steps(step_length: f64, rates: &LevelRate) -> (f64, f64) {
 
 /// Parts of the springs with scaled masses: as few as vibrations that must be seen allow, those of the coarsest levels, whose
 /// masses are never scaled, and what is held; nothing if that is not much fewer than `unscaled` (docs/equations.md, "Scaled masses").
-pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange) -> Option<ScaledTiming> {
+/// The cloth moves by its size in `pace` seconds.
+pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: f64) -> Option<ScaledTiming> {
     let LevelRate { frequency_squared: slowest, damping, .. } = *cloth.rates.last()?;
-    let mut parts = (step_length / SCALED_PART * (1.0 - 1e-9)).ceil().max(1.0);
+    let mut parts = pace::parts(step_length, SCALED_PART * pace);
     if bears(step_length, parts) < OVERLAP * slowest {
         // bears() solved for the parts.
         let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * CALM, OVERLAP * slowest * power(step_length, 2));

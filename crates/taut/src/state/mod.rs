@@ -14,6 +14,7 @@ pub use stretch::{Stretch, longest_of, measure, measure_squares};
 
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Model, Numbering};
+use crate::scene::FilterKind;
 
 /// Positions, velocities and time.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -112,10 +113,8 @@ impl State {
     pub fn at(model: &Model, positions: Vectors, velocities: Vectors, clock: Clock) -> Self {
         let origins = model.origins.iter().map(|origin| origin.at).collect();
         let offsets = vec![Offset::default(); model.pins.len()];
-        let (motion, calm) = match model.solver.tells_motion_apart() {
-            true => (velocities.clone(), vec![0; model.cloths.len()]),
-            false => (Vectors::default(), Vec::new()),
-        };
+        let motion = if model.solver.tells_motion_apart() { velocities.clone() } else { Vectors::default() };
+        let calm = if model.solver.filter == FilterKind::CoarseToFine { vec![0; model.cloths.len()] } else { Vec::new() };
         Self { origins, positions, velocities, motion, clock, past: Past::none(model), calm, offsets }
     }
 

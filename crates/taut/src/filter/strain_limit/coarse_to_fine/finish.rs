@@ -7,8 +7,7 @@
 //! back-off has taken it up: some ten particles are touched in a step, most by less than a thousandth of a spring.
 //!
 //! This is the one-sided correction of the paper (section 3, step 6: the particle nearer to what is held stays) along the spring
-//! instead of along the velocity. Alone it would drop reactions; for what is left here they are below what rounding leaves. Those of a
-//! particle that is much heavier than its cloth, as one led by hand, are not: at first it is left where it is, and cycles go on for it.
+//! instead of along the velocity. Alone it would drop reactions; for what is left here they are below what rounding leaves.
 
 use super::Levels;
 use super::queue::Queue;
@@ -18,10 +17,6 @@ use crate::model::{Adjacency, ClothRange, Model};
 const ROUNDS: usize = 8;
 /// A particle goes further into a ball than it must by this part of its radius: rounding would ask for another round.
 const INTO: f32 = 1e-6;
-/// What has more than so many times the mean mass of its cloth's particles is not moved ..
-const HEAVY: f32 = 16.0;
-/// .. before so many cycles.
-const FIRM: u32 = 24;
 
 /// The springs of a cloth, and the order in which its particles are visited.
 pub(super) struct Finish {
@@ -30,7 +25,6 @@ pub(super) struct Finish {
     /// How far each particle is from what is held, along springs [m]; from the first particle where nothing is.
     depth: Vec<f32>,
     held: Vec<bool>,
-    heavy: Vec<bool>,
     queue: Queue,
 }
 
@@ -48,18 +42,13 @@ impl Finish {
         let around = Adjacency::new(cloth.count, springs);
         let mut queue = Queue::new(cloth.count);
         let depth = depths(&around, &held, &mut queue);
-        let masses = &model.particles.mass[cloth.particles()];
-        let mean = masses.iter().sum::<f32>() / masses.len() as f32;
-        let heavy = masses.iter().map(|mass| *mass > HEAVY * mean).collect();
-        Self { around, depth, held, heavy, queue }
+        Self { around, depth, held, queue }
     }
 
     /// Makes all springs at most `enough` of their limit long. Returns whether that was done: where it was not, a particle found no place
-    /// that suits all its neighbours further in, or is heavy and `cycles`, those
-    /// that were taken so far, are few.
-    pub fn run(&mut self, levels: &mut dyn Levels, enough: f32, cycles: u32) -> bool {
-        let Self { around, depth, held, heavy, queue } = self;
-        let firm = cycles < FIRM;
+    /// that suits all its neighbours further in.
+    pub fn run(&mut self, levels: &mut dyn Levels, enough: f32) -> bool {
+        let Self { around, depth, held, queue } = self;
         levels.over(enough, &mut |[a, b]| {
             let outer = if comes_before(depth, a, b) { b } else { a };
             queue.put(outer, depth[outer]);
@@ -67,8 +56,7 @@ impl Finish {
         let mut all = true;
         while let Some(particle) = queue.take() {
             let inwards = around.of(particle).iter().filter(|(other, _)| comes_before(depth, *other as usize, particle));
-            let stays = held[particle] || firm && heavy[particle];
-            all &= !stays && (0..ROUNDS).any(|_| go_into(levels, particle, inwards.clone(), enough));
+            all &= !held[particle] && (0..ROUNDS).any(|_| go_into(levels, particle, inwards.clone(), enough));
             for &(other, limit) in around.of(particle) {
                 let other = other as usize;
                 let reach = enough * limit;

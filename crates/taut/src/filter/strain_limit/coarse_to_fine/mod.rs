@@ -25,8 +25,8 @@ use certificate::Certificate;
 use finish::Finish;
 use motion::Motion;
 
-/// How far below its limit R a corrected spring is aimed, as a part of its length L [1]: on meshes, whose springs cross one another, and
-/// on grids. What is taut all over is that much too short: a sheet between two edges sagged 3 to 6 % less across the wind with 0.012 ..
+/// How far below its limit R a corrected spring is aimed, as a part of its length L [1]: on meshes, whose springs cross one another, and where a point is heavy,
+/// and on other grids. What is taut all over is that much too short: a sheet between two edges sagged 3 to 6 % less across the wind with 0.012 ..
 const BACK_OFF: f32 = 0.012;
 const BACK_OFF_OF_GRIDS: f32 = 0.0045;
 /// .. and at most, as a part of the strain that R allows; where masses are scaled ..
@@ -46,6 +46,10 @@ const UNMEASURED: [f32; 2] = [0.25, 0.85];
 /// before so many cycles: a cloth at rest would take one cycle now and three the next time, and each leaves it elsewhere.
 const FEW: f32 = 0.01;
 const AT_LEAST: u32 = 3;
+/// .. and, where a particle has more than so many times the mean mass, not before so many: the reaction of a few springs, which that
+/// drops, is much of what a heavy point or a hand does to its cloth.
+const HEAVY: f32 = 16.0;
+const AT_LEAST_IF_HEAVY: u32 = 16;
 /// A cloth hangs calm where its limit takes all of the proposed step but for this part of its kinetic energy. There a cycle more or less
 /// would be seen as a jerk: so many cycles more than were needed are taken from then on, until it moves.
 const CALM: f64 = 0.1;
@@ -102,8 +106,9 @@ struct Unit {
     certificate: Certificate,
     levels: Box<dyn Levels>,
     finish: Finish,
-    /// So few springs over their limit are put right one by one.
+    /// So few springs over their limit are put right one by one after so many cycles.
     few: usize,
+    at_least: u32,
     /// Length of its shortest spring [m].
     shortest: f32,
     /// Workspace: what chunks of particles add to sums.
@@ -146,7 +151,10 @@ impl Unit {
         let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
         let largest = if cloth.rates.is_empty() { LARGEST_BACK_OFF_UNSCALED } else { LARGEST_BACK_OFF };
         let shrunk = back_off_of_step(plan, cloth);
-        let back_off = if cloth.lattice.is_some() { BACK_OFF_OF_GRIDS } else { BACK_OFF };
+        let masses = &model.particles.mass[cloth.particles()];
+        let heaviest = masses.iter().fold(0.0, |most: f32, mass| most.max(*mass));
+        let is_heavy = heaviest > HEAVY * masses.iter().sum::<f32>() / masses.len() as f32;
+        let back_off = if cloth.lattice.is_some() && !is_heavy { BACK_OFF_OF_GRIDS } else { BACK_OFF };
         let delta = (back_off * shrunk).min(largest * strain) / (1.0 + strain);
         let mut levels: Box<dyn Levels> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
@@ -157,6 +165,7 @@ impl Unit {
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),
             finish: Finish::new(model, cloth),
+            at_least: if is_heavy { AT_LEAST_IF_HEAVY } else { AT_LEAST },
             few: (FEW * cloth.springs.len() as f32) as usize,
             shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
             energies: vec![[0.0]; levels.motion().weights.len().div_ceil(CHUNK)],
@@ -194,10 +203,10 @@ impl Unit {
                 if left.is_some_and(|left| left.worst > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
             let Some(left) = left else { continue };
             worst = left.worst;
-            let few = limited.sweeps >= AT_LEAST && left.over <= self.few;
+            let few = limited.sweeps >= self.at_least && left.over <= self.few;
             let is_last = limited.sweeps == model.solver.iterations();
             let finishes = left.over > 0 && (few || is_last);
-            if worst <= enough || finishes && self.finish.run(&mut *self.levels, enough, limited.sweeps) {
+            if worst <= enough || finishes && self.finish.run(&mut *self.levels, enough) {
                 break;
             }
         }

@@ -21,10 +21,10 @@ use transfer::{Ahead, coarsened, parents, prolong, sample_ends, sample_start, sa
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; from this level on they turn little.
 const STEADY: usize = 2;
-/// Coarse levels aim below their limit by a part of a spring's length, up to this [m]: a part of a long spring is a long way, and taking
-/// it back within a step would throw the cloth. What counts is that a level has more room than the finer one, and less than
-/// gravity takes in a step of 1/60 s (2.7 mm). Under limits ..
-const FURTHEST: f32 = 1e-3;
+/// Coarse levels aim below their limit by a part of a spring's length, up to this part of the cloth's size [1]: a part of a long spring
+/// is a long way, and taking it back within a step would throw the cloth. What counts is that a level has more room than the finer
+/// one, and less than gravity takes in an automatic step (2.7 times as much). Under limits ..
+const FURTHEST: f64 = 1e-3;
 /// .. tighter than this [1] all springs are taut, and levels get more room, as steps get shorter: with the cube root.
 const ROOMY: f32 = 0.05;
 /// After a cycle, the places that are still over their limit, if they are no larger a part of the cloth than this [1], are swept
@@ -66,10 +66,11 @@ struct Anchor {
 }
 
 impl LatticeLevels {
-    /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it, but no more than [`FURTHEST`] times
-    /// `shrunk`.
+    /// The levels of a lattice with the limit `strain_limit`, aiming `delta` of R below it, but no more than [`FURTHEST`] of
+    /// the cloth's size times `shrunk`.
     pub fn new(model: &Model, lattice: &Lattice, strain_limit: f32, delta: f32, shrunk: f32) -> Self {
-        let furthest = shrunk * FURTHEST / cbrt(f64::from(strain_limit / ROOMY)).min(1.0) as f32;
+        let size = model.cloths[model.cloth_of(lattice.first)].size;
+        let furthest = f64::from(shrunk) * FURTHEST * size / cbrt(f64::from(strain_limit / ROOMY)).min(1.0);
         let at = |i: usize, j: usize| model.particles.rest.get(lattice.first + j * lattice.columns + i).as_dvec3();
         let mut columns: Vec<f64> = (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect();
         let mut rows: Vec<f64> = (0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect();
@@ -102,7 +103,7 @@ impl LatticeLevels {
             rows = (0..coarsened(rows.len())).map(|j| rows[sampled(j, rows.len())]).collect();
         }
         let spacing = finest_columns[1].max(finest_rows[1]);
-        let of_level = |level: u32| f64::from(delta).min(f64::from(furthest) / (spacing * power(2.0, level))) as f32;
+        let of_level = |level: u32| f64::from(delta).min(furthest / (spacing * power(2.0, level))) as f32;
         let deltas = (0..levels.len() as u32).map(of_level).collect();
         Self {
             first: lattice.first,
