@@ -97,7 +97,7 @@ def test_plain_zarr_reads_what_the_contract_says(recorded: Path, consolidated: b
     assert diagnostics["ms"][0] == 0
     assert (diagnostics["ms"][1:] > 0).all()
 
-    assert (root["past"].shape, root["past"].dtype) == ((30, 35, 3), np.float32)
+    assert (root["past"].shape, root["past"].dtype) == ((30, 36, 3), np.float32)
     hashes = [_taut.state_hash(positions[i], root["velocities"][i], root["past"][i]) for i in range(30)]
     assert [f"{int(value):016x}" for value in diagnostics["state_hash"][...]] == hashes
     attributes = dict(root.attrs)

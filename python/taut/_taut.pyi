@@ -95,7 +95,7 @@ def state_hash(
 ) -> str:
     """XXH3 hash (16 hexadecimal digits) of local positions and velocities, shape (vertices, 3), and past.
 
-    The past is what :meth:`Engine.past` gives, of shape (n vertices, 3). Origins, of
+    The past is what :meth:`Engine.past` gives, of shape (n, 3). Origins, of
     shape (cloths, 3), count unless all of them are zero, as they are when left out.
     """
 

@@ -200,7 +200,7 @@ class Simulation:
 
     @property
     def past(self) -> NDArray[np.float32] | None:
-        """What the integrator needs to go on besides positions and velocities, shape (n vertices, 3), a copy.
+        """What a run needs to go on besides positions and velocities, shape (n, 3), a copy.
 
         Its own velocities [m/s] where a filter lets them differ, as ``coarse_to_fine``; with ``bdf2``, then
         the last displacements [m] and what forces added to velocities [m/s]; with ``coarse_to_fine``, then a

@@ -130,13 +130,8 @@ pub fn state_hash(
     origins: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
     let positions = readonly("positions", positions, None)?;
-    let count = positions.shape()[0];
-    let velocities = readonly("velocities", velocities, Some(count))?;
+    let velocities = readonly("velocities", velocities, Some(positions.shape()[0]))?;
     let past = past.map(|past| readonly("past", past, None)).transpose()?;
-    if let Some(rows) = past.as_ref().map(|past| past.shape()[0]).filter(|rows| count == 0 || rows % count != 0) {
-        let message = format!("past must have as many rows as positions, {count}, or twice or three times as many, not {rows}");
-        return Err(PyValueError::new_err(message));
-    }
     let (x, v) = (positions.as_array(), velocities.as_array());
     let past = past.as_ref().map(|past| past.as_array());
     let rows = x.rows().into_iter().chain(v.rows()).chain(past.iter().flat_map(|past| past.rows()));
