@@ -68,13 +68,14 @@ def test_a_state_that_is_set_without_its_past_starts_anew(flag):
     assert again.state_hash == run.state_hash
     again.restore(snapshot)
     again.velocities = again.velocities.copy()
-    own, remembered = again.past[: len(again.positions)], again.past[len(again.positions) :]
+    count = len(again.positions)
+    own, remembered = again.past[:count], again.past[count:]
     np.testing.assert_array_equal(own, again.velocities)
     assert not remembered.any()
     again.step(5)
     assert again.state_hash != run.state_hash
     np.testing.assert_allclose(again.positions, run.positions, atol=1e-2)  # [m]
-    with pytest.raises(ValueError, match=r"past must have shape \(105, 3\)"):
+    with pytest.raises(ValueError, match=r"past must have shape \(106, 3\)"):
         again.set_state(run.positions, run.velocities, 0, run.past[:3])
 
 

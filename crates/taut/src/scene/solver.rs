@@ -99,6 +99,12 @@ impl Solver {
             _ => self.filter != FilterKind::None,
         }
     }
+
+    /// Whether the filter takes cycles, of which a calm cloth keeps the number.
+    #[must_use]
+    pub fn takes_cycles(&self) -> bool {
+        self.filter == FilterKind::CoarseToFine
+    }
 }
 
 /// What turns proposed velocities into admissible ones.

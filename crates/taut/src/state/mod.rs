@@ -14,7 +14,6 @@ pub use stretch::{Stretch, longest_of, measure, measure_squares};
 
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Model, Numbering};
-use crate::scene::FilterKind;
 
 /// Positions, velocities and time.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -114,7 +113,7 @@ impl State {
         let origins = model.origins.iter().map(|origin| origin.at).collect();
         let offsets = vec![Offset::default(); model.pins.len()];
         let motion = if model.solver.tells_motion_apart() { velocities.clone() } else { Vectors::default() };
-        let calm = if model.solver.filter == FilterKind::CoarseToFine { vec![0; model.cloths.len()] } else { Vec::new() };
+        let calm = if model.solver.takes_cycles() { vec![0; model.cloths.len()] } else { Vec::new() };
         Self { origins, positions, velocities, motion, clock, past: Past::none(model), calm, offsets }
     }
 

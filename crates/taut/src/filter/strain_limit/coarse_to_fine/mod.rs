@@ -25,10 +25,8 @@ use certificate::Certificate;
 use finish::Finish;
 use motion::Motion;
 
-/// How far below its limit R a corrected spring is aimed, as a part of its length L [1]: on meshes, whose springs cross one another, and where a point is heavy,
-/// and on other grids. What is taut all over is that much too short: a sheet between two edges sagged 3 to 6 % less across the wind with 0.012 ..
+/// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
 const BACK_OFF: f32 = 0.012;
-const BACK_OFF_OF_GRIDS: f32 = 0.0045;
 /// .. and at most, as a part of the strain that R allows; where masses are scaled ..
 const LARGEST_BACK_OFF: f32 = 0.7;
 /// .. and elsewhere, where springs still vibrate within a step: cloth without dampers would gain energy.
@@ -154,8 +152,7 @@ impl Unit {
         let masses = &model.particles.mass[cloth.particles()];
         let heaviest = masses.iter().fold(0.0, |most: f32, mass| most.max(*mass));
         let is_heavy = heaviest > HEAVY * masses.iter().sum::<f32>() / masses.len() as f32;
-        let back_off = if cloth.lattice.is_some() && !is_heavy { BACK_OFF_OF_GRIDS } else { BACK_OFF };
-        let delta = (back_off * shrunk).min(largest * strain) / (1.0 + strain);
+        let delta = (BACK_OFF * shrunk).min(largest * strain) / (1.0 + strain);
         let mut levels: Box<dyn Levels> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
             None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
@@ -223,7 +220,9 @@ impl Unit {
             // has tightened, and what pulls the cloth within it does work.
             let after = self.levels.motion().energy(frame, &mut self.energies, pool);
             calm = after < CALM * before;
-            if after > before && measure(model, &self.cloth, &state.positions, pool).worst <= 1.0 {
+            let tightened =
+                stride.inputs.limits[self.index].changes() && measure(model, &self.cloth, &state.positions, pool).worst > 1.0;
+            if after > before && !tightened {
                 self.levels.motion().slow_down(frame, (before / after).sqrt() as f32);
             }
         }
@@ -231,7 +230,7 @@ impl Unit {
         self.levels.store(&state.positions, ends, corrections, pool);
         let rate = impulse::rate(stride, &self.cloth, &state.velocities, corrections, frame, &mut self.products, pool);
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
-        let verdict = self.certificate.enforce(model, state, ends, frame, stride.plan.length as f32, pool);
+        let verdict = self.certificate.enforce(stride, state, ends, frame, stride.inputs.limits[self.index].changes(), pool);
         limited.cuts = u32::from(verdict.cut);
         limited.lost_motion = verdict.lost_motion;
         limited.held_back_pins = u32::from(verdict.held_back_pins);

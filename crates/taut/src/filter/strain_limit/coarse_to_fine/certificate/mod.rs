@@ -12,6 +12,7 @@ use glam::{DVec3, Vec3};
 use super::Motion;
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
+use crate::schedule::Stride;
 use crate::state::{State, measure};
 use field::{Field, Proposal};
 
@@ -62,23 +63,26 @@ impl Certificate {
         alike.then_some(first)
     }
 
-    /// Measures the ends of a step of `step` seconds, and lets every particle go only as far as all springs allow.
+    /// Measures the ends of a step, and lets every particle go only as far as all springs allow. The limit `tightens` in this scene,
+    /// so that springs may be over it already.
     pub fn enforce(
         &mut self,
-        model: &Model,
+        stride: Stride<'_>,
         state: &mut State,
         ends: &mut Vectors,
         frame: Option<Vec3>,
-        step: f32,
+        tightens: bool,
         pool: &Pool,
     ) -> Verdict {
         const ROUNDS: usize = 4;
+        let (model, step) = (stride.model, stride.plan.length as f32);
         let admissible = |ends: &Vectors| measure(model, &self.cloth, ends, pool).worst <= 1.0;
         if admissible(ends) {
             return Verdict::default();
         }
-        // Where a limit has tightened, springs are over it at X already. They come back as the filter can; none may grow.
-        let tightened = !admissible(&state.positions);
+        // Where a limit has tightened, springs are over it at X already. They come back as the filter can; none may grow. Elsewhere X is
+        // within it but for rounding, and to let that grow again and again would lead over the limit.
+        let tightened = tightens && !admissible(&state.positions);
         if tightened && self.nothing_grows(model, &state.positions, ends) {
             return Verdict::default();
         }
