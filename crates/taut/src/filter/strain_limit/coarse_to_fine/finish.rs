@@ -7,7 +7,8 @@
 //! back-off has taken it up: some ten particles are touched in a step, most by less than a thousandth of a spring.
 //!
 //! This is the one-sided correction of the paper (section 3, step 6: the particle nearer to what is held stays) along the spring
-//! instead of along the velocity. Alone it would drop reactions; for what is left here they are below what rounding leaves.
+//! instead of along the velocity. It drops reactions. For what is left here they are small, but not those of heavy points and hands: there
+//! more cycles come first.
 
 use super::Levels;
 use super::queue::Queue;
