@@ -10,12 +10,18 @@
 //! instead of along the velocity. It drops reactions. For what is left here they are small, but not those of heavy points and hands: there
 //! more cycles come first.
 
+use glam::Vec3;
+
 use super::Levels;
 use super::queue::Queue;
 use crate::model::{Adjacency, ClothRange, Model};
 
 /// The balls around a particle are met by going to each of them in turn, so many times at most.
 const ROUNDS: usize = 8;
+/// Where more visits than this and a tenth of all find no place, or more moves are made than the cloth has particles, it is not nearly
+/// done: what was moved is put back, since it would only disturb further cycles.
+const FAILURES: usize = 8;
+const VISITS_PER_FAILURE: usize = 10;
 /// A particle goes further into a ball than it must by this part of its radius: rounding would ask for another round.
 const INTO: f32 = 1e-6;
 
@@ -27,6 +33,8 @@ pub(super) struct Finish {
     depth: Vec<f32>,
     held: Vec<bool>,
     queue: Queue,
+    /// What was moved, and how far [m].
+    moves: Vec<(u32, Vec3)>,
 }
 
 impl Finish {
@@ -42,22 +50,33 @@ impl Finish {
         });
         let around = Adjacency::new(cloth.count, springs);
         let mut queue = Queue::new(cloth.count);
+        // As many moves as particles, and what one more visit may add.
+        let room = ROUNDS * (0..cloth.count).map(|particle| around.of(particle).len()).max().unwrap_or(0);
         let depth = depths(&around, &held, &mut queue);
-        Self { around, depth, held, queue }
+        Self { around, depth, held, queue, moves: Vec::with_capacity(cloth.count + room) }
     }
 
     /// Makes all springs at most `enough` of their limit long. Returns whether that was done: where it was not, a particle found no place
     /// that suits all its neighbours further in.
     pub fn run(&mut self, levels: &mut dyn Levels, enough: f32) -> bool {
-        let Self { around, depth, held, queue } = self;
+        let Self { around, depth, held, queue, moves } = self;
         levels.over(enough, &mut |[a, b]| {
             let outer = if comes_before(depth, a, b) { b } else { a };
             queue.put(outer, depth[outer]);
         });
-        let mut all = true;
+        moves.clear();
+        let (mut visits, mut failures) = (0, 0);
         while let Some(particle) = queue.take() {
             let inwards = around.of(particle).iter().filter(|(other, _)| comes_before(depth, *other as usize, particle));
-            all &= !held[particle] && (0..ROUNDS).any(|_| go_into(levels, particle, inwards.clone(), enough));
+            let mut rounds = 0..ROUNDS;
+            let fits = !held[particle] && rounds.any(|_| go_into(levels, particle, inwards.clone(), enough, moves));
+            visits += 1;
+            failures += usize::from(!fits);
+            if failures > FAILURES + visits / VISITS_PER_FAILURE || moves.len() > held.len() {
+                queue.clear();
+                moves.drain(..).rev().for_each(|(particle, way)| levels.shift(particle as usize, -way));
+                return false;
+            }
             for &(other, limit) in around.of(particle) {
                 let other = other as usize;
                 let reach = enough * limit;
@@ -66,18 +85,26 @@ impl Finish {
                 }
             }
         }
-        all
+        failures == 0
     }
 }
 
-/// Moves a particle into the balls around others, one after the other. Returns whether it was in all of them.
-fn go_into<'a>(levels: &mut dyn Levels, particle: usize, balls: impl Iterator<Item = &'a (u32, f32)>, enough: f32) -> bool {
+/// Moves a particle into the balls around others, one after the other, and notes each of the `moves`. Returns whether it was in all of them.
+fn go_into<'a>(
+    levels: &mut dyn Levels,
+    particle: usize,
+    balls: impl Iterator<Item = &'a (u32, f32)>,
+    enough: f32,
+    moves: &mut Vec<(u32, Vec3)>,
+) -> bool {
     let mut inside = true;
     for &(other, radius) in balls {
         let way = levels.between(particle, other as usize);
         let (square, reach) = (way.length_squared(), enough * radius);
         if square > reach * reach {
-            levels.shift(particle, way * (1.0 - (1.0 - INTO) * reach / square.sqrt()));
+            let way = way * (1.0 - (1.0 - INTO) * reach / square.sqrt());
+            levels.shift(particle, way);
+            moves.push((particle as u32, way));
             inside = false;
         }
     }

@@ -60,6 +60,11 @@ impl Queue {
         }
     }
 
+    /// Takes all out.
+    pub fn clear(&mut self) {
+        self.heap.drain(..).for_each(|(_, particle)| self.places[particle as usize] = NOWHERE);
+    }
+
     fn swap(&mut self, a: usize, b: usize) {
         self.heap.swap(a, b);
         for place in [a, b] {
