@@ -71,14 +71,26 @@ impl Measure {
     }
 }
 
+/// What one cycle is told.
+#[derive(Clone, Copy)]
+struct Cycle {
+    /// So many cycles have been since the last one without momentum, which grows with them.
+    since_restart: u8,
+    /// Springs that are no longer than this part of R are not worth further work.
+    enough: f32,
+    /// More cycles will follow: a measure is not wanted, unless all is done already.
+    is_sure: bool,
+    /// The cloth hangs calm.
+    is_calm: bool,
+}
+
 /// Levels of one cloth. Its particles are numbered from its first.
 trait Levels: Send {
     /// Takes a proposed step: where it begins and where it ends [m].
     fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool);
-    /// One pass over all levels, from the coarsest to the finest, with a momentum that grows with the `cycles` since the last
-    /// one without. Returns what is left then, or nothing where that is not worth measuring; springs that are no longer than `enough`
-    /// of R are not worth further work. Who is `sure` that more cycles will follow wants no measure, unless all is done already.
-    fn cycle(&mut self, cycles: u8, enough: f32, sure: bool, pool: &Pool) -> Option<Measure>;
+    /// One pass over all levels, from the coarsest to the finest. Returns what is left then, or nothing where that is not worth
+    /// measuring.
+    fn cycle(&mut self, cycle: Cycle, pool: &Pool) -> Option<Measure>;
     /// How far below R springs of the finest level are aimed, as a part of R.
     fn back_off(&self) -> f32;
     /// Calls `visit` with the ends of each spring of the finest level that is longer than `enough` of R, as far as the last measure
@@ -193,8 +205,8 @@ impl Unit {
         let at_least = state.calm[self.index];
         let mut since_restart = 0_u8;
         while limited.sweeps < model.solver.iterations() {
-            let sure = limited.sweeps + 1 < at_least;
-            let left = self.levels.cycle(since_restart, enough, sure, pool);
+            let is_sure = limited.sweeps + 1 < at_least;
+            let left = self.levels.cycle(Cycle { since_restart, enough, is_sure, is_calm: at_least > 0 }, pool);
             limited.sweeps += 1;
             since_restart =
                 if left.is_some_and(|left| left.worst > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };

@@ -83,6 +83,8 @@ pub(super) struct Pull {
     /// .. along X, their direction at the start of the step, instead of X + D: only if D, what the step has turned and
     /// stretched them by, is short against them.
     pub at_start: bool,
+    /// The part of what makes a spring too long that it is pulled by [1]. Up to 2 no two places are brought further apart.
+    pub relaxation: f32,
 }
 
 impl Level {
@@ -297,7 +299,7 @@ impl Bundle {
             return;
         }
         let length = roots(square);
-        let mut excess = (length - aim) / length;
+        let mut excess = (length - aim) * pull.relaxation / length;
         let mut along = [x, y, z];
         if pull.at_start {
             let little = (u * u + v * v + w * w).cmplt(square * TURNED);

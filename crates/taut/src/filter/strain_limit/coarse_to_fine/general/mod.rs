@@ -12,7 +12,7 @@ mod tiles;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
+use super::{Cycle, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
 use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk, for_each_chunk, for_each_two_chunks, roots};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
@@ -26,8 +26,12 @@ const LOCAL_ROUNDS: usize = 2;
 /// The finest level aims below its limit by this part of the back-off, coarse ones by all of it: what they have put right, the finest
 /// does not find wrong again.
 const FINEST: f32 = 0.5;
-/// Cycle k starts k / (k + this) of the last one's way further.
-const LAG: f32 = 2.0;
+/// Springs of coarse levels are pulled by this part of what makes them too long [1]: successive over-relaxation saves a fifth of the
+/// cycles. Cycle k starts k / (k + lag) of the last one's way further.
+const OVER_RELAXATION: f32 = 1.5;
+const LAG: f32 = 1.0;
+/// Where cloth hangs calm, what is pulled too far would be seen as jerks: no over-relaxation there, and a longer lag.
+const CALM_LAG: f32 = 2.0;
 
 /// The levels of one cloth, finest first.
 pub(super) struct GeneralLevels {
@@ -85,23 +89,18 @@ impl GeneralLevels {
         }
     }
 
-    /// Sweeps a level.
-    fn sweep(&mut self, index: usize, pool: &Pool) {
-        let pull = self.pull(index);
-        self.levels[index].sweep(pull, self.backwards, None, pool);
+    /// Sweeps a coarse level. Coarse limits have their back-off in them.
+    fn sweep(&mut self, index: usize, relaxation: f32, pool: &Pool) {
+        self.levels[index].sweep(Pull { aim: 1.0, at_start: true, relaxation }, self.backwards, None, pool);
         self.backwards = !self.backwards;
     }
 
-    /// Sweeps the finest level where it is over its limit and around that.
-    fn sweep_marked(&mut self, pool: &Pool) {
-        let pull = self.pull(0);
-        self.levels[0].sweep(pull, self.backwards, Some(self.tiles.wide()), pool);
+    /// Sweeps the finest level, or where it is over its limit and around that.
+    fn sweep_finest(&mut self, everywhere: bool, pool: &Pool) {
+        let pull = Pull { aim: 1.0 - self.deltas[0], at_start: false, relaxation: 1.0 };
+        let only = (!everywhere).then(|| self.tiles.wide());
+        self.levels[0].sweep(pull, self.backwards, only, pool);
         self.backwards = !self.backwards;
-    }
-
-    /// Coarse limits have their back-off in them.
-    fn pull(&self, index: usize) -> Pull {
-        if index == 0 { Pull { aim: 1.0 - self.deltas[0], at_start: false } } else { Pull { aim: 1.0, at_start: true } }
     }
 
     /// What is left where sweeps moved something since `moved` was cleared.
@@ -164,7 +163,7 @@ impl Levels for GeneralLevels {
         self.solved = false;
     }
 
-    fn cycle(&mut self, cycles: u8, enough: f32, sure: bool, pool: &Pool) -> Option<Measure> {
+    fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {
         if let (Some(forest), false) = (&mut self.forest, self.solved) {
             self.solved = true;
             forest.correct(&self.x, &mut self.corrected, enough);
@@ -175,19 +174,20 @@ impl Levels for GeneralLevels {
             self.levels[0].moved.fill(true);
             return Some(self.measure(enough, pool));
         }
-        self.go_on(momentum(cycles, LAG), pool);
+        let (lag, relaxation) = if is_calm { (CALM_LAG, 1.0) } else { (LAG, OVER_RELAXATION) };
+        self.go_on(momentum(since_restart, lag), pool);
         let (finest, coarse) = self.levels.split_at_mut(1);
         coarse.iter_mut().for_each(|level| level.sample(&finest[0], pool));
         for index in (1..self.levels.len()).rev() {
             for _ in 0..coarse_sweeps(self.levels[index].d.len()) {
-                self.sweep(index, pool);
+                self.sweep(index, relaxation, pool);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
             fine[index - 1].follow(&mut coarse[0], pool);
         }
         self.levels[0].moved.fill(false);
-        self.sweep(0, pool);
-        if sure || self.unmeasured > 0 {
+        self.sweep_finest(true, pool);
+        if is_sure || self.unmeasured > 0 {
             self.unmeasured = self.unmeasured.saturating_sub(1);
             return None;
         }
@@ -198,7 +198,7 @@ impl Levels for GeneralLevels {
                 break;
             }
             self.levels[0].moved.fill(false);
-            (0..LOCAL_SWEEPS).for_each(|_| self.sweep_marked(pool));
+            (0..LOCAL_SWEEPS).for_each(|_| self.sweep_finest(false, pool));
             left = self.measure(enough, pool);
         }
         Some(left)
@@ -304,7 +304,7 @@ mod tests {
                 }
                 levels.tiles.widen();
                 levels.levels[0].moved.fill(false);
-                levels.sweep_marked(&pool);
+                levels.sweep_finest(false, &pool);
                 worst = levels.measure(ENOUGH, &pool);
                 let marked = levels.tiles.share();
                 levels.levels[0].moved.fill(true);

@@ -9,7 +9,7 @@ mod transfer;
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
+use super::{Cycle, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
 use crate::geometry::{Pool, Vectors, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
@@ -148,9 +148,9 @@ impl Levels for LatticeLevels {
         self.unmeasured = 0;
     }
 
-    fn cycle(&mut self, cycles: u8, enough: f32, sure: bool, pool: &Pool) -> Option<Measure> {
+    fn cycle(&mut self, Cycle { since_restart, enough, is_sure, .. }: Cycle, pool: &Pool) -> Option<Measure> {
         // Only the finest level goes on: coarser ones begin where it is.
-        let momentum = momentum(cycles, 1.0);
+        let momentum = momentum(since_restart, 1.0);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
             let ahead = (index == 1).then_some(Ahead { previous: &mut self.previous, momentum });
@@ -165,7 +165,7 @@ impl Levels for LatticeLevels {
             prolong(&mut fine[index - 1], ahead, &coarse[0], &mut self.sampled[index], pool);
         }
         self.sweep(0, pool);
-        if sure || self.unmeasured > 0 {
+        if is_sure || self.unmeasured > 0 {
             self.unmeasured = self.unmeasured.saturating_sub(1);
             return None;
         }
