@@ -96,6 +96,9 @@ mod tests {
             let found: Vec<usize> = std::iter::from_fn(|| queue.take()).collect();
             prop_assert_eq!(found, expected.into_iter().map(|(_, particle)| particle).collect::<Vec<_>>());
             prop_assert!(queue.places.iter().all(|&place| place == NOWHERE));
+            entries.iter().for_each(|&(particle, factor)| queue.put(particle, f32::from(factor)));
+            queue.clear();
+            prop_assert!(queue.take().is_none() && queue.places.iter().all(|&place| place == NOWHERE));
         }
     }
 }

@@ -259,12 +259,17 @@ mod tests {
     use proptest::prelude::*;
     use serde_json::json;
 
+    use super::super::finish::Finish;
     use super::*;
     use crate::model::{MeshData, Model};
     use crate::scene::Scene;
 
     /// A sheet of so many cells along each side, 0.1 m each, cut into triangles.
     fn sheet(cells: u32) -> Model {
+        held_sheet(cells, &[])
+    }
+
+    fn held_sheet(cells: u32, held: &[u32]) -> Model {
         let mut mesh = MeshData::default();
         for vertex in 0..(cells + 1) * (cells + 1) {
             mesh.vertices.push([0.1 * f64::from(vertex % (cells + 1)), 0.1 * f64::from(vertex / (cells + 1)), 0.0]);
@@ -275,9 +280,31 @@ mod tests {
             mesh.corners.extend(if cell % 2 == 0 { [a, b, c, a, c, d] } else { [a, b, d, b, c, d] });
             mesh.counts.extend([3, 3]);
         }
-        let document = json!({ "cloth": [{ "mesh": "sheet", "density": 0.2 }] });
+        let pins: Vec<_> = (!held.is_empty()).then(|| json!({ "vertices": held })).into_iter().collect();
+        let document = json!({ "cloth": [{ "mesh": "sheet", "density": 0.2, "strain_limit": 0.01, "pins": pins }] });
         let scene = Scene::from_json(&document.to_string()).expect("a valid scene");
         Model::build(&scene, &BTreeMap::from([("sheet".to_owned(), mesh)])).expect("a valid model")
+    }
+
+    #[test]
+    fn what_cannot_be_finished_is_put_back() {
+        const ENOUGH: f32 = 0.9999;
+        let (cells, pool) = (12, Pool::new(1));
+        // Every other column is held. Where they are drawn apart, nothing between them has a place.
+        let held: Vec<u32> = (0..(cells + 1) * (cells + 1)).filter(|vertex| vertex % (cells + 1) % 2 == 0).collect();
+        let model = held_sheet(cells, &held);
+        let start = &model.particles.rest;
+        let mut ends = start.clone();
+        (0..start.len()).for_each(|particle| ends.set(particle, start.get(particle) * Vec3::new(1.3, 1.0, 1.0)));
+        let mut levels = GeneralLevels::new(&model.hierarchies[0], &model.cloths[0], 0.01, 0.005);
+        levels.load(start, &ends, &pool);
+        levels.levels[0].moved.fill(true);
+        assert!(levels.measure(ENOUGH, &pool).over > 0);
+        assert!(!Finish::new(&model, &model.cloths[0]).run(&mut levels, ENOUGH));
+        for particle in 1..start.len() {
+            let off = levels.between(0, particle) - (ends.get(particle) - ends.get(0));
+            assert!(off.length() < 1e-6, "{particle} is {off} from where it was");
+        }
     }
 
     proptest! {
