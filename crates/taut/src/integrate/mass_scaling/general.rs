@@ -17,7 +17,7 @@ pub(super) struct GeneralLevels {
 
 /// Some particles, and how they are tied to the next finer level.
 struct Level {
-    /// 1 / M_l [1/kg]; zero for what is fixed.
+    /// 1 / M_l [1/kg]; zero for what is held.
     weights: Vec<f32>,
     /// P_l^T M V on the way up, velocities on the way down.
     field: Vec<Vec4>,
@@ -42,9 +42,9 @@ impl GeneralLevels {
                 let child = move |(above, part)| (above, (own(place), part * mass(place)));
                 list.iter().map(child)
             });
-            let weight = |(&mass, &fixed): (&f64, &bool)| if fixed { 0.0 } else { (1.0 / mass) as f32 };
+            let weight = |&mass: &f64| if mass > 0.0 { (1.0 / mass) as f32 } else { 0.0 };
             Level {
-                weights: level.masses.iter().zip(&level.fixed).map(weight).collect(),
+                weights: level.masses.iter().map(weight).collect(),
                 field: vec![Vec4::ZERO; level.nodes.len()],
                 children: Adjacency::new(level.nodes.len(), followed),
                 parents,
@@ -130,7 +130,7 @@ impl WithSimd for Add<'_> {
 }
 
 impl Level {
-    /// P at a particle of the finer level. What is fixed gets nothing: all that it follows is fixed as well.
+    /// P at a particle of the finer level. What is held gets nothing: all that it follows is held as well.
     #[inline(always)]
     fn prolonged(&self, place: usize) -> Vec4 {
         let Parents { places, parts } = &self.parents[place];

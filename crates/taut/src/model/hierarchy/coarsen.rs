@@ -11,6 +11,9 @@ use crate::model::surface::{Search, Surface};
 
 /// A chosen particle stands for those nearer than this, in mean distances of neighbours.
 const REACH: f32 = 1.5;
+/// .. and a held one for held ones nearer than this: what is beside a held particle cannot go far, and levels that miss that one would
+/// move it each time to where the finer ones cannot follow.
+const REACH_AMONG_HELD: f32 = 0.5;
 /// Coarse springs are at most so many times longer than a chosen particle reaches.
 const LONGEST: f32 = 2.6;
 /// Coarse springs that begin at a particle, the shortest first.
@@ -32,8 +35,15 @@ pub(super) struct Choosing<'a> {
     pub surface: &'a Surface,
     /// Which particles are held.
     pub held: &'a [bool],
-    /// Those of higher rank are chosen first: held ones, corners, borders.
+    /// Those of higher rank are chosen first: what is held, corners, borders.
     pub rank: &'a [u8],
+}
+
+impl Choosing<'_> {
+    /// Whether the particle at a place of a level is held.
+    fn is_held(&self, level: &Level, place: usize) -> bool {
+        self.held[level.nodes[place] as usize]
+    }
 }
 
 /// The next level; its springs are few or none where there is nothing left to join.
@@ -45,18 +55,21 @@ pub(super) fn coarser(fine: &Level, cloth: &Choosing<'_>, search: &mut Search) -
     }
     let (around, near) = choice.neighbours(&coarse_of);
     let between = |a: u32, b: u32| around[a as usize].iter().find(|entry| entry.0 == b).map(|entry| entry.1);
-    let follow = |(&own, near): (&u32, &Near)| Parents::new(&if own == NONE { weights(near, between) } else { vec![(own, 1.0)] });
-    let parents: Vec<Parents> = coarse_of.iter().zip(&near).map(follow).collect();
+    let follow = |(place, (&own, near)): (usize, (&u32, &Near))| match own {
+        NONE if cloth.is_held(fine, place) => Parents::default(),
+        NONE => Parents::new(&weights(near, between)),
+        _ => Parents::new(&[(own, 1.0)]),
+    };
+    let parents: Vec<Parents> = coarse_of.iter().zip(&near).enumerate().map(follow).collect();
     let nodes: Vec<u32> = choice.chosen.iter().map(|&place| fine.nodes[place as usize]).collect();
     let held = |coarse: u32| cloth.held[nodes[coarse as usize] as usize];
-    let (mut masses, mut fixed) = (vec![0.0; nodes.len()], vec![false; nodes.len()]);
-    for ((&mass, &follower_fixed), list) in fine.masses.iter().zip(&fine.fixed).zip(&parents) {
+    let mut masses = vec![0.0; nodes.len()];
+    for (&mass, list) in fine.masses.iter().zip(&parents) {
         for (coarse, part) in list.iter() {
             masses[coarse as usize] += if held(coarse) { 0.0 } else { f64::from(part) * mass };
-            fixed[coarse as usize] |= follower_fixed;
         }
     }
-    Level { springs: springs(&around, between, held), parents, masses, fixed, nodes }
+    Level { springs: springs(&around, between, held), parents, masses, nodes }
 }
 
 /// The particles chosen from a level.
@@ -78,19 +91,21 @@ impl Choice {
         let mut covered = vec![false; fine.nodes.len()];
         let mut choice = Self { chosen: Vec::new(), reached: Vec::new() };
         let mut front = VecDeque::new();
+        let held = |place: u32| cloth.is_held(fine, place as usize);
         let mut consider = |index: u32, front: &mut VecDeque<u32>| {
             if covered[index as usize] {
                 return;
             }
             // Of itself, too, where it reaches nothing: among held particles, which no spring of the level joins.
             covered[index as usize] = true;
-            let reach = REACH * spacing[index as usize];
-            search.run(cloth.surface, fine.nodes[index as usize], LONGEST * reach, most);
+            let farthest = LONGEST * REACH * spacing[index as usize];
+            search.run(cloth.surface, fine.nodes[index as usize], farthest, most);
             let on_level = search.reached.iter().filter(|&&node| place[node as usize] != NONE);
             let mut list: Near = on_level.map(|&node| (place[node as usize], search.distance(node))).collect();
             list.sort_by(by_distance);
             for &(other, distance) in &list {
-                if distance < reach {
+                let stands_for = if held(index) && held(other) { REACH_AMONG_HELD } else { REACH };
+                if distance < stands_for * spacing[index as usize] {
                     covered[other as usize] = true;
                 } else if other != index {
                     front.push_back(other);

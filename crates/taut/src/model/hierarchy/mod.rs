@@ -34,13 +34,11 @@ pub struct Level {
     /// Places of the two ends in `nodes`, the lower one first, and the distance between them along the cloth at rest [m]. On the
     /// finest level the springs of type 1 that are not between two held particles.
     pub springs: Vec<Bond>,
-    /// What each particle of the next finer level follows; none on the finest level.
+    /// What each particle of the next finer level follows: what is held only itself, or nothing. None on the finest level.
     pub parents: Vec<Parents>,
     /// The masses that they carry when displacements are interpolated [kg]: those of the finest level, shared out as the
-    /// particles follow. What is held carries nothing and shares nothing.
+    /// particles follow. What is held carries nothing and shares nothing; all others carry something.
     pub masses: Vec<f64>,
-    /// Whether they are held, or followed by what is.
-    pub fixed: Vec<bool>,
 }
 
 /// A spring of a level.
@@ -88,8 +86,7 @@ impl Hierarchy {
         bonds.sort_by_key(|bond| bond.0);
         let mass = |&node: &u32| if held[node as usize] { 0.0 } else { f64::from(particles.mass[cloth.first + node as usize]) };
         let masses = nodes.iter().map(mass).collect();
-        let fixed = nodes.iter().map(|&node| held[node as usize]).collect();
-        let mut levels = vec![Level { nodes, springs: bonds, parents: Vec::new(), masses, fixed }];
+        let mut levels = vec![Level { nodes, springs: bonds, parents: Vec::new(), masses }];
         let mut search = Search::new(cloth.count);
         let on = Choosing { surface: &surface, held: &held, rank: &rank };
         while let Some(fine) = levels.last().filter(|level| level.nodes.len() > FEW) {
@@ -103,8 +100,9 @@ impl Hierarchy {
     }
 }
 
-/// Held particles come first, then corners, then borders: levels keep the outline of the cloth.
-fn ranks(cloth: &ClothRange, particles: &Particles, surface: &Surface, held: &[bool]) -> Vec<u8> {
+/// What is held comes first, and of that the ends of a held border, which bear most; then corners, then borders: levels keep the
+/// outline of the cloth.
+fn ranks(cloth: &ClothRange, particles: &Particles, surface: &Surface, is_held: &[bool]) -> Vec<u8> {
     /// How far the mean direction to the neighbours is from zero.
     const CORNER: f32 = 0.6;
     const BORDER: f32 = 0.3;
@@ -114,12 +112,13 @@ fn ranks(cloth: &ClothRange, particles: &Particles, surface: &Surface, held: &[b
         let sum: Vec3 = links.iter().map(|&(other, _)| (at(other) - at(node)).normalize_or_zero()).sum();
         let lopsided = sum.length() / links.len().max(1) as f32;
         if held {
-            3
+            let within = links.iter().filter(|&&(other, _)| is_held[other as usize]).count() > 1 && lopsided <= CORNER;
+            if within { 3 } else { 4 }
         } else if lopsided > CORNER {
             2
         } else {
             u8::from(lopsided > BORDER)
         }
     };
-    (0..).zip(held).map(rank).collect()
+    (0..).zip(is_held).map(rank).collect()
 }

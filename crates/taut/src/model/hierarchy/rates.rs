@@ -74,28 +74,28 @@ pub(in crate::model) fn of_hierarchy(
             }
         }
         let fastest = |which: usize| {
-            let moving = sums.iter().zip(&level.masses).zip(&level.fixed).filter(|(_, fixed)| !**fixed);
-            moving.map(|((sum, mass), _)| sum[which] / mass).fold(0.0, f64::max)
+            let moving = sums.iter().zip(&level.masses).filter(|(_, mass)| **mass > 0.0);
+            moving.map(|(sum, mass)| sum[which] / mass).fold(0.0, f64::max)
         };
         let springs = fastest(0);
         if rates.is_empty() {
             finest = springs;
         }
         let bends = if finest > 0.0 { bending * (springs / finest).min(1.0) } else { bending };
-        let moving = level.masses.iter().zip(&level.fixed).filter(|(_, fixed)| !**fixed).map(|(mass, _)| mass).sum::<f64>() / all;
+        let moving = level.masses.iter().sum::<f64>() / all;
         rates.push(LevelRate { frequency_squared: springs + bends, damping: fastest(1), moving });
     }
     rates
 }
 
-/// The springs that act as forces; what is fixed has no part in them.
+/// The springs that act as forces; what is held has no part in them.
 fn rows(finest: &Level, cloth: &ClothRange, springs: &Springs) -> Vec<Row> {
     let mut place = vec![None; cloth.count];
     (0..).zip(&finest.nodes).for_each(|(index, &node)| place[node as usize] = Some(index));
     let row = |spring: usize| {
         let part = |end: u32, sign: f64| {
             let place = place[end as usize - cloth.first]?;
-            (!finest.fixed[place as usize]).then_some((place, sign))
+            (finest.masses[place as usize] > 0.0).then_some((place, sign))
         };
         let [u, v] = springs.ends[spring];
         Row {
@@ -114,7 +114,7 @@ fn carried(parts: &[(u32, f64)], coarse: &Level) -> Vec<(u32, f64)> {
     let mut carried: Vec<(u32, f64)> = Vec::new();
     for &(place, part) in parts {
         for (above, share) in coarse.parents[place as usize].iter() {
-            if coarse.fixed[above as usize] {
+            if coarse.masses[above as usize] == 0.0 {
                 continue;
             }
             match carried.iter_mut().find(|entry| entry.0 == above) {

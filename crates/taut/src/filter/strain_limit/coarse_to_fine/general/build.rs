@@ -4,7 +4,7 @@ use glam::Vec4;
 
 use super::level::{Bundle, Level};
 use super::tiles::{TILE, Tiles, tile_of};
-use crate::model::{ClothRange, Hierarchy, Parents};
+use crate::model::{ClothRange, Hierarchy};
 
 /// Blocks of fewer particles are not worth handing to another thread.
 const LEAST_BLOCK: usize = 256;
@@ -18,8 +18,7 @@ pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) ->
     let mut levels: Vec<Level> = Vec::new();
     for level in &hierarchy.levels {
         if let Some(fine) = levels.last_mut() {
-            let follow = |(&parents, d): (&Parents, &Vec4)| if d.w > 0.0 { parents } else { Parents::default() };
-            fine.parents = level.parents.iter().zip(&fine.d).map(follow).collect();
+            fine.parents.clone_from(&level.parents);
         }
         let weight = |&mass: &f64| if mass > 0.0 { (1.0 / mass) as f32 } else { 0.0 };
         let d: Vec<Vec4> = level.masses.iter().map(|mass| Vec4::new(0.0, 0.0, 0.0, weight(mass))).collect();
