@@ -29,6 +29,10 @@ pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) ->
             bundles.extend(Bundle::pack(own.iter().map(limited)));
             starts.push(bundles.len());
         }
+        let span = |bundles: &[Bundle]| {
+            let ends = bundles.iter().flat_map(|bundle| bundle.ends.into_iter().flatten());
+            ends.fold([u32::MAX, 0], |[least, most], end| [least.min(end), most.max(end)])
+        };
         // Numbers of neighbours are near one another: a block is as long as the longest spring, in numbers.
         let longest = level.springs.iter().map(|spring| spring.0[1] - spring.0[0]).max().unwrap_or_default();
         levels.push(Level {
@@ -37,6 +41,7 @@ pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) ->
             limits: bundles.iter().map(|bundle| bundle.limit).collect(),
             moved: vec![false; starts.len() - 1],
             block: (longest as usize).max(LEAST_BLOCK).next_multiple_of(TILE as usize),
+            spans: starts.windows(2).map(|tile| span(&bundles[tile[0]..tile[1]])).collect(),
             bundles,
             starts,
             finest: level.nodes.iter().map(|&node| place[node as usize]).collect(),

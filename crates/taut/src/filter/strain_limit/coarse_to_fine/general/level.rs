@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::super::Measure;
 use super::tiles::TILE;
-use crate::geometry::{Pool, add_to_each, differences, for_each_chunk, for_each_two_chunks, roots};
+use crate::geometry::{Pool, by_axis, by_vector, differences, for_each_chunk, for_each_two_chunks, roots};
 use crate::model::Parents;
 
 /// How many springs are looked at together.
@@ -33,10 +33,12 @@ pub(super) struct Level {
     pub bundles: Vec<Bundle>,
     /// Bundles of tile t: `bundles[starts[t]..starts[t + 1]]`.
     pub starts: Vec<usize>,
+    /// The lowest and the highest place at which they end.
+    pub spans: Vec<[u32; 2]>,
     /// Particles in a block, a whole number of tiles: springs that begin in a block end in it or in the next one. So every second block
     /// may be swept at the same time, with the same result.
     pub block: usize,
-    /// The tiles of which sweeps moved a particle since this was cleared.
+    /// The tiles of which sweeps pulled a spring since this was cleared.
     pub moved: Vec<bool>,
     /// Greatest lengths of the springs of each bundle of a coarse level [m].
     pub limits: Vec<Vec4>,
@@ -91,15 +93,15 @@ impl Level {
     /// Projects all springs, or those of the tiles in `only`: every second block, then the others.
     pub fn sweep(&mut self, pull: Pull, backwards: bool, only: Option<&[bool]>, pool: &Pool) {
         let in_parallel = pool.pays_for(self.d.len());
-        let Self { d, bundles, starts, block, moved, .. } = self;
-        let (bundles, starts, block) = (&*bundles, &*starts, *block);
+        let Self { d, bundles, starts, spans, block, moved, .. } = self;
+        let (bundles, starts, spans, block) = (&*bundles, &*starts, &*spans, *block);
         let tiles = block / TILE as usize;
         for phase in if backwards { [1, 0] } else { [0, 1] } {
             let (d, moved) = (d.get_mut(phase * block..).unwrap_or_default(), moved.get_mut(phase * tiles..).unwrap_or_default());
             let each = |(index, (d, moved)): (usize, (&mut [Vec4], &mut [bool]))| {
                 let first = (2 * index + phase) * tiles;
                 let tiles = first..(first + tiles).min(starts.len() - 1);
-                Arch::new().dispatch(Sweep { d, moved, first, tiles, bundles, starts, pull, backwards, only });
+                Arch::new().dispatch(Sweep { d, moved, first, tiles, bundles, starts, spans, pull, backwards, only });
             };
             if in_parallel {
                 d.par_chunks_mut(2 * block).zip(moved.par_chunks_mut(2 * tiles)).enumerate().for_each(each);
@@ -147,7 +149,7 @@ impl Level {
 
 /// The springs of a block.
 struct Sweep<'a> {
-    /// The particles of the block and the next one, and whether their tiles were moved.
+    /// The particles of the block and the next one, and whether springs of their tiles were pulled.
     d: &'a mut [Vec4],
     moved: &'a mut [bool],
     /// The first tile of the block, and all of them.
@@ -155,6 +157,7 @@ struct Sweep<'a> {
     tiles: Range<usize>,
     bundles: &'a [Bundle],
     starts: &'a [usize],
+    spans: &'a [[u32; 2]],
     pull: Pull,
     backwards: bool,
     only: Option<&'a [bool]>,
@@ -165,23 +168,30 @@ impl WithSimd for Sweep<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { d, moved, first, tiles, bundles, starts, pull, backwards, only } = self;
-        let first = (first * TILE as usize) as u32;
+        let Self { d, moved, first, tiles, bundles, starts, spans, pull, backwards, only } = self;
+        let first = first * TILE as usize;
         for step in 0..tiles.len() {
             let tile = if backwards { tiles.end - 1 - step } else { tiles.start + step };
             if only.is_some_and(|only| !only[tile]) {
                 continue;
             }
             let bundles = &bundles[starts[tile]..starts[tile + 1]];
-            if backwards {
-                for bundle in bundles.iter().rev() {
-                    bundle.project(d, moved, first, pull);
+            let [lowest, highest] = spans[tile].map(|place| place as usize);
+            // One check a tile: one of each end of each spring would take as long as the rest.
+            assert!(
+                bundles.is_empty() || lowest >= first && highest - first < d.len(),
+                "springs of a tile end in its block or in the next one"
+            );
+            // SAFETY: all ends of the bundles are in the span, and places of the level from `first` on are in `d`.
+            let any = unsafe {
+                let d = d.as_mut_ptr().wrapping_sub(first);
+                if backwards {
+                    bundles.iter().rev().fold(false, |any, bundle| bundle.project(d, pull) | any)
+                } else {
+                    bundles.iter().fold(false, |any, bundle| bundle.project(d, pull) | any)
                 }
-            } else {
-                for bundle in bundles {
-                    bundle.project(d, moved, first, pull);
-                }
-            }
+            };
+            moved[tile - tiles.start] |= any;
         }
     }
 }
@@ -284,23 +294,28 @@ impl Bundle {
         x * x + y * y + z * z
     }
 
-    /// Pulls together the ends of each spring that is over its aim, each end by its share. `first` is the particle at the beginning
-    /// of `d` and of the first tile of `moved`.
+    /// Pulls together the ends of each spring that is over its aim, each end by its share. Returns whether there was such a spring.
+    ///
+    /// # Safety
+    /// `d`, where the first particle of the level would be, leads to all of the ends, and nobody else touches these meanwhile.
     #[inline(always)]
-    fn project(&self, d: &mut [Vec4], moved: &mut [bool], first: u32, pull: Pull) {
+    unsafe fn project(&self, d: *mut Vec4, pull: Pull) -> bool {
+        let place = |end: u32| d.wrapping_add(end as usize);
         let [[a, b, c, e], [f, g, h, i]] = self.ends;
-        let ends = [[a - first, b - first, c - first, e - first], [f - first, g - first, h - first, i - first]];
-        let [u, v, w] = differences(d, &ends);
+        let places = [[place(a), place(b), place(c), place(e)], [place(f), place(g), place(h), place(i)]];
+        let [a, b] = &places;
+        // SAFETY: as the caller promises.
+        let (a, b) = unsafe { ([*a[0], *a[1], *a[2], *a[3]], [*b[0], *b[1], *b[2], *b[3]]) };
+        let [u, v, w] = by_axis([b[0] - a[0], b[1] - a[1], b[2] - a[2], b[3] - a[3]]);
         let [x, y, z] = [self.start[0] + u, self.start[1] + v, self.start[2] + w];
         let square = x * x + y * y + z * z;
         let aim = self.limit * pull.aim;
         let over = square.cmpgt(aim * aim);
         if !over.any() {
-            return;
+            return false;
         }
         let length = roots(square);
-        let mut excess = (length - aim) * pull.relaxation / length;
-        let mut along = [x, y, z];
+        let (mut along, mut square_along) = ([x, y, z], square);
         if pull.at_start {
             let little = (u * u + v * v + w * w).cmplt(square * TURNED);
             along = [
@@ -309,16 +324,23 @@ impl Bundle {
                 Vec4::select(little, self.start[2], z),
             ];
             // The length still shrinks by the same.
-            excess = excess * square / (x * along[0] + y * along[1] + z * along[2]);
+            square_along = x * along[0] + y * along[1] + z * along[2];
         }
-        let [a, b] = &ends;
-        let of_a = Vec4::new(d[a[0] as usize].w, d[a[1] as usize].w, d[a[2] as usize].w, d[a[3] as usize].w);
-        let of_b = Vec4::new(d[b[0] as usize].w, d[b[1] as usize].w, d[b[2] as usize].w, d[b[3] as usize].w);
+        let of_a = Vec4::new(a[0].w, a[1].w, a[2].w, a[3].w);
+        let of_b = Vec4::new(b[0].w, b[1].w, b[2].w, b[3].w);
         // The floor keeps two held ends from dividing by zero.
-        let share = Vec4::select(over, excess / (of_a + of_b).max(Vec4::splat(1e-30)), Vec4::ZERO);
-        for (ends, share) in [(a, share * of_a), (b, -share * of_b)] {
-            add_to_each(d, ends, [along[0] * share, along[1] * share, along[2] * share]);
+        let parts = square_along * (of_a + of_b).max(Vec4::splat(1e-30));
+        let share = Vec4::select(over, (length - aim) * (length * pull.relaxation) / parts, Vec4::ZERO);
+        for (places, share) in places.iter().zip([share * of_a, -share * of_b]) {
+            let [p, q, r, s] = by_vector([along[0] * share, along[1] * share, along[2] * share]);
+            // SAFETY: as the caller promises. Lanes without a spring add zero to a place that others may have written.
+            unsafe {
+                *places[0] += p;
+                *places[1] += q;
+                *places[2] += r;
+                *places[3] += s;
+            }
         }
-        ends.as_flattened().iter().for_each(|end| moved[(end / TILE) as usize] = true);
+        true
     }
 }

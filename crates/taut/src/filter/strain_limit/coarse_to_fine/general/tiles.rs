@@ -12,8 +12,9 @@ pub(super) const TILE: u32 = 64;
 
 /// The tiles of a level.
 pub(super) struct Tiles {
-    /// Tiles that share a spring.
+    /// Tiles that share a spring with each, and those that share one with these.
     neighbours: Adjacency<u32>,
+    around: Adjacency<u32>,
     marked: Vec<bool>,
     /// The marked tiles and their neighbours.
     wide: Vec<bool>,
@@ -32,16 +33,27 @@ impl Tiles {
         pairs.sort_unstable();
         pairs.dedup();
         let neighbours = Adjacency::new(count, pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]));
-        Self { neighbours, marked: vec![false; count], wide: vec![false; count] }
+        let ring = |tile: usize| {
+            let mut ring: Vec<u32> =
+                neighbours.of(tile).iter().flat_map(|&other| neighbours.of(other as usize)).copied().collect();
+            ring.extend(neighbours.of(tile));
+            ring.sort_unstable();
+            ring.dedup();
+            ring.retain(|&other| other as usize != tile);
+            ring
+        };
+        let around =
+            Adjacency::new(count, (0..count).flat_map(|tile| ring(tile).into_iter().map(move |other| (tile as u32, other))));
+        Self { neighbours, around, marked: vec![false; count], wide: vec![false; count] }
     }
 
-    /// What springs are where sweeps moved something; elsewhere they are as short as sweeps make them. Marks the tiles that are over
+    /// What springs are where sweeps pulled something; elsewhere they are as short as sweeps make them. Marks the tiles that are over
     /// `enough`.
     pub fn measure(&mut self, level: &Level, enough: f32, pool: &Pool) -> Measure {
-        let Self { neighbours, marked, .. } = self;
+        let Self { around, marked, .. } = self;
         let each = |(tile, marked): (usize, &mut bool)| {
-            // The ends of its springs are in the tile or in its neighbours.
-            let changed = level.moved[tile] || neighbours.of(tile).iter().any(|&other| level.moved[other as usize]);
+            // The ends of its springs are in the tile or in its neighbours, and springs that begin in theirs pull at them.
+            let changed = level.moved[tile] || around.of(tile).iter().any(|&other| level.moved[other as usize]);
             let here = if changed { level.measure(tile, enough) } else { Measure::default() };
             *marked = here.over > 0;
             here
