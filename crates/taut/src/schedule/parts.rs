@@ -14,8 +14,10 @@ const SCALED_PART: f64 = 0.0174;
 /// How much larger the largest eigenvalue of springs with scaled masses may be than that of each level, with its share.
 const OVERLAP: f64 = 1.25;
 
-/// The least part of its acceleration that an even load gives a cloth with scaled masses on the whole [1].
+/// The least part of its acceleration that an even load gives a cloth with scaled masses on the whole [1]: a grid, and a mesh, whose
+/// levels lie further apart, so that more of it is beside what is held.
 const SETS_OUT: f64 = 0.9;
+const SETS_OUT_OF_MESHES: f64 = 0.95;
 
 /// Masses are not scaled unless that saves so many times the parts.
 const WORTH: f64 = 2.0;
@@ -128,7 +130,8 @@ pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: 
         let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * CALM, OVERLAP * slowest * power(step_length, 2));
         parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
     }
-    while WORTH * parts <= unscaled && moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < SETS_OUT {
+    let sets_out = if cloth.lattice.is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
+    while WORTH * parts <= unscaled && moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < sets_out {
         parts = (1.25 * parts).ceil();
     }
     let frequency_squared = bears(step_length, parts);

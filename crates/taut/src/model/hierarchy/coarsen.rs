@@ -11,9 +11,9 @@ use crate::model::surface::{Search, Surface};
 
 /// A chosen particle stands for those nearer than this, in mean distances of neighbours.
 const REACH: f32 = 1.5;
-/// .. and a held one for held ones nearer than this: what is beside a held particle cannot go far, and levels that miss that one would
-/// move it each time to where the finer ones cannot follow.
-const REACH_AMONG_HELD: f32 = 0.5;
+/// .. and in a held row for free ones and for held ones nearer than these: what is beside a held particle cannot go far, and levels that
+/// miss that one would move it each time to where the finer ones cannot follow.
+const REACH_OF_HELD_ROWS: [f32; 2] = [1.25, 0.5];
 /// Coarse springs are at most so many times longer than a chosen particle reaches.
 const LONGEST: f32 = 2.6;
 /// Coarse springs that begin at a particle, the shortest first.
@@ -103,8 +103,10 @@ impl Choice {
             let on_level = search.reached.iter().filter(|&&node| place[node as usize] != NONE);
             let mut list: Near = on_level.map(|&node| (place[node as usize], search.distance(node))).collect();
             list.sort_by(by_distance);
+            let in_row = held(index)
+                && cloth.surface.links(fine.nodes[index as usize]).iter().any(|&(other, _)| cloth.held[other as usize]);
             for &(other, distance) in &list {
-                let stands_for = if held(index) && held(other) { REACH_AMONG_HELD } else { REACH };
+                let stands_for = if in_row { REACH_OF_HELD_ROWS[usize::from(held(other))] } else { REACH };
                 if distance < stands_for * spacing[index as usize] {
                     covered[other as usize] = true;
                 } else if other != index {

@@ -25,8 +25,10 @@ use certificate::Certificate;
 use finish::Finish;
 use motion::Motion;
 
-/// How far below its limit R a corrected spring is aimed, as a part of its length L [1] ..
+/// How far below its limit R a corrected spring is aimed, as a part of its length L [1]. On grids less is enough, but not for the loads of
+/// heavy points ..
 const BACK_OFF: f32 = 0.012;
+const BACK_OFF_OF_GRIDS: f32 = 0.006;
 /// .. and at most, as a part of the strain that R allows; where masses are scaled ..
 const LARGEST_BACK_OFF: f32 = 0.7;
 /// .. and elsewhere, where springs still vibrate within a step: cloth without dampers would gain energy.
@@ -49,9 +51,8 @@ const AT_LEAST: u32 = 3;
 const HEAVY: f32 = 16.0;
 const AT_LEAST_IF_HEAVY: u32 = 16;
 /// A cloth hangs calm where its limit takes all of the proposed step but for this part of its kinetic energy. There a cycle more or less
-/// would be seen as a jerk: so many cycles more than were needed are taken from then on, until it moves.
+/// would be seen as a jerk: as many cycles as were needed are taken from then on, until it moves.
 const CALM: f64 = 0.1;
-const SPARE: u32 = 2;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 
@@ -164,7 +165,8 @@ impl Unit {
         let masses = &model.particles.mass[cloth.particles()];
         let heaviest = masses.iter().fold(0.0, |most: f32, mass| most.max(*mass));
         let is_heavy = heaviest > HEAVY * masses.iter().sum::<f32>() / masses.len() as f32;
-        let delta = (BACK_OFF * shrunk).min(largest * strain) / (1.0 + strain);
+        let back_off = if cloth.lattice.is_some() && !is_heavy { BACK_OFF_OF_GRIDS } else { BACK_OFF };
+        let delta = (back_off * shrunk).min(largest * strain) / (1.0 + strain);
         let mut levels: Box<dyn Levels> = match cloth.lattice {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
             None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
@@ -268,7 +270,7 @@ fn back_off_of_step(plan: &Plan, cloth: &ClothRange) -> f32 {
 /// single step that took many is no reason for all that follow.
 fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
     match calm {
-        true if taken > at_least => (taken + SPARE).min(at_least + at_least / 4 + 4),
+        true if taken > at_least => taken.min(at_least + at_least / 4 + 4),
         true => at_least,
         false => at_least * 3 / 4,
     }
