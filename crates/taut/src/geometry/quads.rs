@@ -42,16 +42,6 @@ pub fn differences(quads: &[Vec4], [a, b]: &[[u32; 4]; 2]) -> [Vec4; 3] {
     ])
 }
 
-/// Adds three coordinates of four vectors to four quads, none of them twice.
-#[inline(always)]
-pub fn add_to_each(quads: &mut [Vec4], places: &[u32; 4], by_axis: [Vec4; 3]) {
-    let [a, b, c, d] = by_vector(by_axis);
-    quads[places[0] as usize] += a;
-    quads[places[1] as usize] += b;
-    quads[places[2] as usize] += c;
-    quads[places[3] as usize] += d;
-}
-
 /// Square roots, the same on every machine.
 #[inline(always)]
 #[must_use]
