@@ -69,9 +69,10 @@ def test_a_state_that_is_set_without_its_past_starts_anew(flag):
     again.restore(snapshot)
     again.velocities = again.velocities.copy()
     count = len(again.positions)
-    own, remembered = again.past[:count], again.past[count:]
+    own, remembered, calm = again.past[:count], again.past[count:-1], again.past[-1]
     np.testing.assert_array_equal(own, again.velocities)
     assert not remembered.any()
+    np.testing.assert_array_equal(calm, [0, 1, 0])
     again.step(5)
     assert again.state_hash != run.state_hash
     np.testing.assert_allclose(again.positions, run.positions, atol=1e-2)  # [m]

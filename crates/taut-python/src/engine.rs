@@ -15,7 +15,7 @@ use taut::model::{Model, SpringKind};
 use taut::prepare::{Prepared, prepare};
 use taut::scene::{Scene, Wind};
 use taut::schedule::Schedule;
-use taut::state::{Clock, State};
+use taut::state::{Calm, Clock, State};
 use taut::step::{Work, admit, external};
 
 use crate::checks::{below, duration, movable, scene_with, workers};
@@ -400,7 +400,7 @@ impl Engine {
             for vectors in state.memory_mut() {
                 *vectors = numbering.to_particles(&rows.by_ref().take(count).collect());
             }
-            state.calm.iter_mut().zip(rows).for_each(|(cycles, row)| *cycles = row.x as u32);
+            state.calm.iter_mut().zip(rows).for_each(|(calm, row)| *calm = Calm::from_vector(row));
             state.past.length = self.schedule.step_length;
         }
         // Pins stay beside their paths.

@@ -30,11 +30,40 @@ pub struct State {
     pub clock: Clock,
     /// What a two-step integrator remembers.
     pub past: Past,
-    /// For each cloth the number of cycles that its strain limit takes at least, as it hangs calm, and zero where it does not; empty where
-    /// no filter asks for it.
-    pub calm: Vec<u32>,
+    /// How calm each cloth is; empty where no filter asks for it.
+    pub calm: Vec<Calm>,
     /// How far each pin group of the model is off its path.
     pub offsets: Vec<Offset>,
+}
+
+/// How calm a cloth is, as its strain limit finds it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calm {
+    /// So many cycles the limit takes at least, as the cloth hangs calm; zero where it does not.
+    pub cycles: u32,
+    /// Part of the back-off that coarse levels keep [1]: less than 1 where cloth is held taut.
+    pub room: f32,
+}
+
+impl Default for Calm {
+    fn default() -> Self {
+        Self { cycles: 0, room: 1.0 }
+    }
+}
+
+impl Calm {
+    /// Both as the first two coordinates of a vector.
+    #[must_use]
+    pub fn to_vector(self) -> Vec3 {
+        Vec3::new(self.cycles as f32, self.room, 0.0)
+    }
+
+    /// What [`Self::to_vector`] wrote; all the room where that is none.
+    #[must_use]
+    pub fn from_vector(vector: Vec3) -> Self {
+        let room = if vector.y > 0.0 && vector.y <= 1.0 { vector.y } else { 1.0 };
+        Self { cycles: vector.x as u32, room }
+    }
 }
 
 /// A pin group on its way to a place beside its path.
@@ -113,7 +142,7 @@ impl State {
         let origins = model.origins.iter().map(|origin| origin.at).collect();
         let offsets = vec![Offset::default(); model.pins.len()];
         let motion = if model.solver.tells_motion_apart() { velocities.clone() } else { Vectors::default() };
-        let calm = if model.solver.takes_cycles() { vec![0; model.cloths.len()] } else { Vec::new() };
+        let calm = if model.solver.takes_cycles() { vec![Calm::default(); model.cloths.len()] } else { Vec::new() };
         Self { origins, positions, velocities, motion, clock, past: Past::none(model), calm, offsets }
     }
 
@@ -141,7 +170,7 @@ impl State {
 
     /// What a run needs besides, a vector for every cloth: how calm it is.
     pub fn memory_of_cloths(&self) -> impl Iterator<Item = Vec3> {
-        self.calm.iter().map(|&cycles| Vec3::X * cycles as f32)
+        self.calm.iter().map(|calm| calm.to_vector())
     }
 
     /// The vectors of [`Self::memory`], to be filled.

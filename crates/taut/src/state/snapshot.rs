@@ -3,20 +3,20 @@
 use glam::DVec3;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::{Clock, Offset, Past, State};
+use super::{Calm, Clock, Offset, Past, State};
 use crate::geometry::Vectors;
 use crate::inputs::{Grips, Target};
 use crate::model::Model;
 
 /// First bytes of every snapshot; the last one is the version of the layout.
-const MAGIC: [u8; 8] = *b"TAUTSNP5";
+const MAGIC: [u8; 8] = *b"TAUTSNP6";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not ours at all.
-    #[error("these bytes are not a taut snapshot (version 5)")]
+    #[error("these bytes are not a taut snapshot (version 6)")]
     NotASnapshot,
     /// Cut short or altered.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -42,7 +42,10 @@ impl State {
         for column in all.into_iter().flat_map(|vectors| [&vectors.x, &vectors.y, &vectors.z]) {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
         }
-        bytes.extend(self.calm.iter().flat_map(|cycles| cycles.to_le_bytes()));
+        for Calm { cycles, room } in &self.calm {
+            bytes.extend(cycles.to_le_bytes());
+            bytes.extend(room.to_le_bytes());
+        }
         bytes.extend(self.offsets.iter().flat_map(Offset::numbers).flat_map(f64::to_le_bytes));
         bytes.extend((grips.particles().len() as u64).to_le_bytes());
         for (particle, Target { place, arrival }) in grips.held() {
@@ -98,8 +101,8 @@ impl Reader<'_> {
         let (positions, velocities, motion) = (self.vectors(count)?, self.vectors(count)?, self.vectors(of_motion)?);
         let past = Past { displacements: self.vectors(of_past)?, gains: self.vectors(of_past)?, length };
         let mut state = State { origins, motion, past, ..State::at(model, positions, velocities, clock) };
-        for cycles in &mut state.calm {
-            *cycles = self.take().map(u32::from_le_bytes)?;
+        for calm in &mut state.calm {
+            *calm = Calm { cycles: self.take().map(u32::from_le_bytes)?, room: self.single()? };
         }
         for offset in &mut state.offsets {
             *offset = Offset { now: self.place()?, target: self.place()?, pace: self.real()? };

@@ -20,7 +20,7 @@ use glam::Vec3;
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::schedule::{Plan, Stride};
-use crate::state::{State, measure};
+use crate::state::{Calm, State, measure};
 use certificate::Certificate;
 use finish::Finish;
 use motion::Motion;
@@ -33,13 +33,25 @@ const BACK_OFF_OF_GRIDS: f32 = 0.006;
 const LARGEST_BACK_OFF: f32 = 0.7;
 /// .. and elsewhere, where springs still vibrate within a step: cloth without dampers would gain energy.
 const LARGEST_BACK_OFF_UNSCALED: f32 = 0.5;
+/// The finest level aims below its limit by this part of the back-off, coarse ones by all of it: what they have put right, the finest
+/// does not find wrong again.
+const FINEST: f32 = 0.5;
+/// A limit that takes all of the proposed step but for the first of these parts of its kinetic energy holds cloth taut, one that leaves the
+/// second lets it move. Taut cloth would be short of its limit by the back-off: there coarse levels aim by this part of it ..
+const HELD: [f64; 2] = [0.2, 0.6];
+const LEAST_ROOM: f32 = 0.5;
+/// .. to which they come little by little, by this part of the difference in a step, since a jump would be seen.
+const PACE: f32 = 0.05;
 /// Coarse levels are swept twice: they carry the loads, and all of them together have fewer springs than half the finest ..
 const COARSE_SWEEPS: usize = 2;
 /// .. and those with at most so many particles cost nothing.
 const COARSEST: usize = 81;
 const COARSEST_SWEEPS: usize = 3;
-/// Part of the last cycle's way that the next one starts with, at most.
+/// Cycle k starts k / (k + lag) of the last one's way further, at most this part of it. Where cloth hangs calm, what is pulled too far
+/// would be seen as jerks: a longer lag.
 const MOMENTUM: f32 = 0.85;
+const LAG: f32 = 1.0;
+const CALM_LAG: f32 = 2.0;
 /// Where more than these parts of the cloth are over the limit, one more cycle each is sure not to be the last, and not measured.
 const UNMEASURED: [f32; 2] = [0.25, 0.85];
 /// Where no more than this part of the springs is over the limit, they are put right one by one instead of by further cycles; but not
@@ -87,8 +99,8 @@ struct Cycle {
 
 /// Levels of one cloth. Its particles are numbered from its first.
 trait Levels: Send {
-    /// Takes a proposed step: where it begins and where it ends [m].
-    fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool);
+    /// Takes a proposed step: where it begins and where it ends [m]. Coarse levels aim by `room` of their back-off below R.
+    fn load(&mut self, positions: &Vectors, ends: &Vectors, room: f32, pool: &Pool);
     /// One pass over all levels, from the coarsest to the finest. Returns what is left then, or nothing where that is not worth
     /// measuring.
     fn cycle(&mut self, cycle: Cycle, pool: &Pool) -> Option<Measure>;
@@ -200,11 +212,11 @@ impl Unit {
         if worst <= 1.0 || worst.is_nan() {
             return limited;
         }
-        self.levels.load(&state.positions, ends, pool);
+        let Calm { cycles: at_least, room } = state.calm[self.index];
+        self.levels.load(&state.positions, ends, room, pool);
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
         let enough = self.enough(&state.positions, pool);
-        let at_least = state.calm[self.index];
         let mut since_restart = 0_u8;
         while limited.sweeps < model.solver.iterations() {
             let is_sure = limited.sweeps + 1 < at_least;
@@ -228,19 +240,20 @@ impl Unit {
             let astray = frame - motion.mean();
             motion.shift(astray);
         }
-        let mut calm = false;
+        let mut left_of_energy = 1.0;
         if let (Some(frame), Some(before)) = (frame, energy) {
             // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is. It is not where a limit
             // has tightened, and what pulls the cloth within it does work.
             let after = self.levels.motion().energy(frame, &mut self.energies, pool);
-            calm = after < CALM * before;
+            left_of_energy = after / before;
             let tightened =
                 stride.inputs.limits[self.index].changes() && measure(model, &self.cloth, &state.positions, pool).worst > 1.0;
             if after > before && !tightened {
                 self.levels.motion().slow_down(frame, (before / after).sqrt() as f32);
             }
         }
-        state.calm[self.index] = cycles_from_now(at_least, limited.sweeps, calm);
+        let cycles = cycles_from_now(at_least, limited.sweeps, left_of_energy < CALM);
+        state.calm[self.index] = Calm { cycles, room: room_from_now(room, left_of_energy) };
         self.levels.store(&state.positions, ends, corrections, pool);
         let rate = impulse::rate(stride, &self.cloth, &state.velocities, corrections, frame, &mut self.products, pool);
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
@@ -276,6 +289,12 @@ fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
     }
 }
 
+/// The room of coarse levels in the next step, after one with `room` whose limit left such a part of its kinetic energy.
+fn room_from_now(room: f32, left_of_energy: f64) -> f32 {
+    let freedom = ((left_of_energy - HELD[0]) / (HELD[1] - HELD[0])).clamp(0.0, 1.0) as f32;
+    room + PACE * (LEAST_ROOM + (1.0 - LEAST_ROOM) * freedom - room)
+}
+
 /// How many cycles are sure not to be the last where such a part of the cloth is over its limit.
 fn cycles_to_come(share: f32) -> u32 {
     UNMEASURED.iter().filter(|least| share > **least).count() as u32
@@ -288,7 +307,8 @@ fn coarse_sweeps(particles: usize) -> usize {
 
 /// Part of the last cycle's way that the next one starts with, so many cycles after the last start without it. The first cycle
 /// corrects more than any other, and once: that does not go on. Few cycles want little momentum: what they pull too far,
-/// nothing pulls back, and it comes back in the next step as a jerk (docs/decisions/coarse-to-fine.md). It is k / (k + `lag`).
-fn momentum(cycles: u8, lag: f32) -> f32 {
+/// nothing pulls back, and it comes back in the next step as a jerk (docs/decisions/coarse-to-fine.md).
+fn momentum(cycles: u8, is_calm: bool) -> f32 {
+    let lag = if is_calm { CALM_LAG } else { LAG };
     if cycles < 2 { 0.0 } else { MOMENTUM.min(f32::from(cycles) / (f32::from(cycles) + lag)) }
 }

@@ -12,7 +12,7 @@ mod tiles;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{Cycle, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
+use super::{Cycle, FINEST, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
 use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk, for_each_chunk, for_each_two_chunks, roots};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
@@ -23,15 +23,9 @@ use tiles::Tiles;
 const LOCAL_SWEEPS: usize = 2;
 const LOCAL_ROUNDS: usize = 2;
 
-/// The finest level aims below its limit by this part of the back-off, coarse ones by all of it: what they have put right, the finest
-/// does not find wrong again.
-const FINEST: f32 = 0.5;
 /// Springs of coarse levels are pulled by this part of what makes them too long [1]: successive over-relaxation saves a fifth of the
-/// cycles. Cycle k starts k / (k + lag) of the last one's way further.
+/// cycles; not where cloth hangs calm, since what is pulled too far would be seen as jerks.
 const OVER_RELAXATION: f32 = 1.5;
-const LAG: f32 = 1.0;
-/// Where cloth hangs calm, what is pulled too far would be seen as jerks: no over-relaxation there, and a longer lag.
-const CALM_LAG: f32 = 2.0;
 
 /// The levels of one cloth, finest first.
 pub(super) struct GeneralLevels {
@@ -132,7 +126,7 @@ impl GeneralLevels {
 }
 
 impl Levels for GeneralLevels {
-    fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool) {
+    fn load(&mut self, positions: &Vectors, ends: &Vectors, room: f32, pool: &Pool) {
         let particles = &self.particles;
         for_each_two_chunks(&mut self.x, &mut self.levels[0].d, pool, |first, x, d| {
             for (particle, (x, d)) in particles[first..].iter().zip(x.iter_mut().zip(d)) {
@@ -148,7 +142,7 @@ impl Levels for GeneralLevels {
         for_each_chunk(bundles, pool, |_, bundles| bundles.iter_mut().for_each(|bundle| bundle.begin(x, places)));
         for level in coarse {
             let Level { bundles, limits, finest, .. } = level;
-            let back_off = self.deltas[1];
+            let back_off = self.deltas[1] * room;
             for_each_chunk(bundles, pool, |first, bundles| {
                 for (bundle, limit) in bundles.iter_mut().zip(&limits[first..]) {
                     bundle.begin(x, finest);
@@ -174,8 +168,8 @@ impl Levels for GeneralLevels {
             self.levels[0].moved.fill(true);
             return Some(self.measure(enough, pool));
         }
-        let (lag, relaxation) = if is_calm { (CALM_LAG, 1.0) } else { (LAG, OVER_RELAXATION) };
-        self.go_on(momentum(since_restart, lag), pool);
+        let relaxation = if is_calm { 1.0 } else { OVER_RELAXATION };
+        self.go_on(momentum(since_restart, is_calm), pool);
         let (finest, coarse) = self.levels.split_at_mut(1);
         coarse.iter_mut().for_each(|level| level.sample(&finest[0], pool));
         for index in (1..self.levels.len()).rev() {
@@ -297,7 +291,7 @@ mod tests {
         let mut ends = start.clone();
         (0..start.len()).for_each(|particle| ends.set(particle, start.get(particle) * Vec3::new(1.3, 1.0, 1.0)));
         let mut levels = GeneralLevels::new(&model.hierarchies[0], &model.cloths[0], 0.01, 0.005);
-        levels.load(start, &ends, &pool);
+        levels.load(start, &ends, 1.0, &pool);
         levels.levels[0].moved.fill(true);
         assert!(levels.measure(ENOUGH, &pool).over > 0);
         assert!(!Finish::new(&model, &model.cloths[0]).run(&mut levels, ENOUGH));
@@ -322,7 +316,7 @@ mod tests {
                 let particle = particle % ends.len();
                 ends.set(particle, start.get(particle) + Vec3::new(x, y, 0.0));
             }
-            levels.load(start, &ends, &pool);
+            levels.load(start, &ends, 1.0, &pool);
             levels.levels[0].moved.fill(true);
             let mut worst = levels.measure(ENOUGH, &pool);
             for _ in 0..6 {

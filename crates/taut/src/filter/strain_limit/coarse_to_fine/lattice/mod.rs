@@ -9,7 +9,7 @@ mod transfer;
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Cycle, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
+use super::{Cycle, FINEST, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
 use crate::geometry::{Pool, Vectors, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
@@ -52,8 +52,9 @@ pub(super) struct LatticeLevels {
     backwards: bool,
     /// So many cycles to come are sure not to be the last.
     unmeasured: u32,
-    /// How far below R each level aims, as a part of R.
+    /// How far below R each level aims at most, as a part of R, and where that is now, as another.
     deltas: Vec<f32>,
+    aims: Vec<f32>,
 }
 
 /// A coarse particle that may not go further from a held one, which its level does not have.
@@ -104,7 +105,8 @@ impl LatticeLevels {
         }
         let spacing = finest_columns[1].max(finest_rows[1]);
         let of_level = |level: u32| f64::from(delta).min(furthest / (spacing * power(2.0, level))) as f32;
-        let deltas = (0..levels.len() as u32).map(of_level).collect();
+        let mut deltas: Vec<f32> = (0..levels.len() as u32).map(of_level).collect();
+        deltas[0] *= FINEST;
         Self {
             first: lattice.first,
             middle: lattice.first + lattice.rows / 2 * lattice.columns + lattice.columns / 2,
@@ -116,12 +118,13 @@ impl LatticeLevels {
             anchors,
             backwards: false,
             unmeasured: 0,
+            aims: vec![1.0; deltas.len()],
             deltas,
         }
     }
 
     fn sweep(&mut self, index: usize, pool: &Pool) {
-        let aim = 1.0 - self.deltas[index];
+        let aim = self.aims[index];
         self.levels[index].sweep(Pull { aim, at_start: index >= STEADY }, self.backwards, None, pool);
         self.backwards = !self.backwards;
         let (finest, coarse) = self.levels.split_at_mut(1);
@@ -138,7 +141,10 @@ impl LatticeLevels {
 }
 
 impl Levels for LatticeLevels {
-    fn load(&mut self, positions: &Vectors, ends: &Vectors, pool: &Pool) {
+    fn load(&mut self, positions: &Vectors, ends: &Vectors, room: f32, pool: &Pool) {
+        for (index, (aim, delta)) in self.aims.iter_mut().zip(&self.deltas).enumerate() {
+            *aim = 1.0 - delta * if index == 0 { 1.0 } else { room };
+        }
         load(&mut self.levels[0], &mut self.d, self.first, self.middle, [positions, ends], pool);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
@@ -148,9 +154,9 @@ impl Levels for LatticeLevels {
         self.unmeasured = 0;
     }
 
-    fn cycle(&mut self, Cycle { since_restart, enough, is_sure, .. }: Cycle, pool: &Pool) -> Option<Measure> {
+    fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {
         // Only the finest level goes on: coarser ones begin where it is.
-        let momentum = momentum(since_restart, 1.0);
+        let momentum = momentum(since_restart, is_calm);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
             let ahead = (index == 1).then_some(Ahead { previous: &mut self.previous, momentum });
@@ -176,7 +182,7 @@ impl Levels for LatticeLevels {
                 break;
             }
             self.tiles.take_neighbours();
-            let pull = Pull { aim: 1.0 - self.deltas[0], at_start: false };
+            let pull = Pull { aim: self.aims[0], at_start: false };
             for _ in 0..LOCAL_SWEEPS {
                 self.levels[0].sweep(pull, self.backwards, Some(&self.tiles), pool);
                 self.backwards = !self.backwards;
