@@ -128,7 +128,7 @@ def test_a_full_disk_fails_on_the_way(
     monkeypatch.setattr("os.fsync", full)
     done = taut("run", flag_file, "--out", tmp_path / "out.zarr")
     assert done.status == 1
-    assert "No space left on device; free some space; nothing was left behind" in done.err
+    assert "No space left on device; free some space or delete some files; no frame is kept" in done.err
     assert os.listdir(tmp_path) == ["flag.toml"]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import zarr
 from taut import Cache, CacheError, Scene, Simulation, SimulationError, _taut, record
+from taut.cache import metadata
 from taut.run import Recording
 
 FRAMES = 1500
@@ -86,7 +87,7 @@ def test_another_mesh_is_refused(tmp_path: Path) -> None:
 def test_another_version_is_refused(copied: Path, flag: dict[str, Any]) -> None:
     root = json.loads((copied / "zarr.json").read_bytes())
     root["attributes"]["version"] = "0.0.1"
-    (copied / "zarr.json").write_text(json.dumps(root))
+    (copied / "zarr.json").write_bytes(metadata.encoded(root))
     with pytest.raises(CacheError, match=rf"was written by taut 0.0.1; this is {_taut.__version__}"):
         run(flag, copied)
 
@@ -124,14 +125,27 @@ def test_damaged_constants_are_refused(copied: Path, flag: dict[str, Any]) -> No
     with pytest.raises(CacheError, match="the array springs is not that of the scene"):
         run(flag, copied)
     (copied / "springs/c.0.0").unlink()
-    with pytest.raises(CacheError, match="the array springs is not that of the scene"):
+    with pytest.raises(CacheError, match=r"springs/c.0.0 is missing; run it again \(--overwrite\)"):
         run(flag, copied)
 
 
-def test_a_damaged_structure_is_refused(copied: Path, flag: dict[str, Any]) -> None:
-    (copied / "velocities/zarr.json").write_text("{")
-    with pytest.raises(CacheError, match="its structure is damaged"):
+@pytest.mark.parametrize("name", ["diagnostics/sweeps", "diagnostics/state_hash", "time", "origins"])
+def test_damaged_numbers_are_not_written_over(copied: Path, flag: dict[str, Any], name: str) -> None:
+    flag["duration"] = 0.6
+    chunk = next((copied / name).glob("c.*"))
+    chunk.unlink()
+    with pytest.raises(CacheError, match="is missing; run it again|no frame in it is whole"):
         run(flag, copied)
+    assert not chunk.exists()
+
+
+def test_the_metadata_of_single_arrays_are_written_anew(copied: Path, flag: dict[str, Any]) -> None:
+    file = copied / "velocities/zarr.json"
+    before = json.loads(file.read_bytes())
+    file.write_text("{")
+    flag["duration"] = 0.6
+    assert run(flag, copied).frames == 36
+    assert json.loads(file.read_bytes()) == before | {"shape": [36, 35, 3]}
 
 
 def test_what_is_no_cache_is_not_resumed(tmp_path: Path, flag: dict[str, Any]) -> None:

@@ -1,24 +1,29 @@
 """Names, types and chunks of the arrays in a cache. Zarr, version 3.
 
+Every chunk is on disk, with a checksum, whatever it holds; so a chunk that is missing or damaged is seen.
+
 Group attributes:
 
-- ``format`` (:data:`FORMAT`), ``version`` of taut, ``scene`` (resolved), ``title``, ``warnings``
+- ``format`` (:data:`taut.cache.metadata.FORMAT`), ``version`` of taut, ``scene`` (resolved), ``title``,
+  ``warnings``
 - ``cloths``: ``[{name, first_vertex, vertices}]``
 - ``substeps`` [1], ``step_length`` [s], ``threads`` [1]
 - ``meshes``: path to SHA-256 of the geometry
 - ``state_hash`` of the last frame, 16 hexadecimal digits
+- ``checksum`` of the metadata: :data:`taut.cache.metadata.CHECKSUM`
 """
 
+import json
 from typing import Any
 
 import numpy as np
 import zarr
+from zarr.abc.buffer import Buffer
 from zarr.codecs import BloscCodec, Crc32cCodec
+from zarr.storage import MemoryStore
 
+from taut.cache import metadata
 from taut.cache.header import Header
-from taut.cache.store import DurableStore
-
-FORMAT = "taut-cache/3"
 
 ATTRIBUTES: dict[str, type] = {
     "version": str,
@@ -32,7 +37,7 @@ ATTRIBUTES: dict[str, type] = {
     "meshes": dict,
     "state_hash": str,
 }
-"""Type of each attribute of the group; it also has ``format``."""
+"""Type of each attribute of the group; it also has ``format`` and ``checksum``."""
 
 STATE = ("positions", "velocities")
 """float32, shape (frames, vertices, 3), one chunk a frame [m], [m/s]; velocities are those of the motion."""
@@ -85,8 +90,8 @@ taut 0.1.0 and before have none: all are zero."""
 
 LOCAL = "local_positions"
 """float32, shape (frames, vertices, 3), one chunk a frame: positions from the origin of each cloth [m], which
-a run needs to go on. Where all origins are zero they are `positions`; the array is zero then and not on disk.
-Caches of taut 0.1.0 and before have none."""
+a run needs to go on. Where all origins are zero they are `positions`; the array is not on disk then and
+reads as NaN. Caches of taut 0.1.0 and before have none."""
 
 EXACT = (ORIGINS, LOCAL)
 
@@ -94,41 +99,51 @@ GROWING = (*SERIES, "velocities", "positions")
 """Every array with a frame axis but :data:`PAST` and :data:`EXACT`, in the order in which a new frame is made
 known."""
 
-NODES = ("diagnostics", *CONSTANT, *GROWING)
-"""Everything in the group but :data:`PAST` and :data:`EXACT`."""
+_MAY_BE_ZERO = {"spring_kind", "pins", LOCAL} | {
+    name for name, kind in SERIES.items() if not kind.startswith("float")
+}
 
 
-def create(store: DurableStore, header: Header) -> None:
-    """Write an empty cache (no frames) to a store."""
-    root = zarr.create_group(store, attributes={"format": FORMAT, **header.attributes, "state_hash": ""})
+def may_miss(name: str, format: str) -> bool:
+    """Whether a chunk of an array may not be on disk, and stands for zeros then."""
+    return format == metadata.TRUSTED and name in _MAY_BE_ZERO
+
+
+def empty(header: Header) -> dict[str, bytes]:
+    """The files of a cache without frames."""
+    files: dict[str, Buffer] = {}
+    attributes = {"format": metadata.FORMAT, **header.attributes, "state_hash": ""}
+    root = zarr.create_group(MemoryStore(files), attributes=attributes)
     root.create_group("diagnostics")
     for name, (kind, _) in CONSTANT.items():
         data = np.ascontiguousarray(header.arrays[name], kind)
         chunk = tuple(max(1, size) for size in data.shape)
-        root.create_array(name, shape=data.shape, dtype=kind, chunks=chunk, **_coding(kind))[...] = data
-    rows = dict.fromkeys(STATE, header.vertices) | ({PAST: header.past} if header.past else {})
+        root.create_array(name, shape=data.shape, chunks=chunk, **_coding(kind))[...] = data
+    rows = dict.fromkeys((*STATE, LOCAL), header.vertices) | ({PAST: header.past} if header.past else {})
     for name, vertices in rows.items():
-        shape = (vertices, 3)
-        root.create_array(name, shape=(0, *shape), dtype="float32", chunks=(1, *shape), **_coding("float32"))
-    root.create_array(
-        ORIGINS,
-        shape=(0, header.cloths, 3),
-        dtype="float64",
-        chunks=(SERIES_CHUNK, max(1, header.cloths), 3),
-        **_coding("float64"),
-    )
-    coding = _coding("float32") | {"fill_value": 0.0}  # a chunk that is missed changes the hash of its frame
-    shape = (header.vertices, 3)
-    root.create_array(LOCAL, shape=(0, *shape), dtype="float32", chunks=(1, *shape), **coding)
+        root.create_array(name, shape=(0, vertices, 3), chunks=(1, vertices, 3), **_coding("float32"))
+    chunk = (SERIES_CHUNK, max(1, header.cloths), 3)
+    root.create_array(ORIGINS, shape=(0, header.cloths, 3), chunks=chunk, **_coding("float64"))
     for name, kind in SERIES.items():
-        root.create_array(name, shape=(0,), dtype=kind, chunks=(SERIES_CHUNK,), **_coding(kind))
+        root.create_array(name, shape=(0,), chunks=(SERIES_CHUNK,), **_coding(kind))
+    return _with_all_metadata({name: content.to_bytes() for name, content in files.items()})
+
+
+def _with_all_metadata(files: dict[str, bytes]) -> dict[str, bytes]:
+    end = f"/{metadata.FILE}"
+    nodes = {name.removesuffix(end): json.loads(files[name]) for name in files if name.endswith(end)}
+    consolidated = {"kind": "inline", "must_understand": False, "metadata": nodes}
+    document = json.loads(files[metadata.FILE]) | {"consolidated_metadata": consolidated}
+    return files | {metadata.FILE: metadata.encoded(document)}
 
 
 def _coding(kind: str) -> dict[str, Any]:
-    # Every chunk carries a checksum, and a chunk that is missing reads as NaN: damage is always seen.
+    # Every chunk carries a checksum, and is written even where it holds nothing but zeros.
     # One flat folder for each array: a folder for each frame would double the files to flush.
     return {
+        "dtype": kind,
         "fill_value": float("nan") if kind.startswith("float") else 0,
         "compressors": [BloscCodec(cname="zstd", clevel=3, shuffle="shuffle"), Crc32cCodec()],
         "chunk_key_encoding": {"name": "default", "separator": "."},
+        "config": {"write_empty_chunks": True},
     }

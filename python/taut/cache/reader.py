@@ -1,6 +1,5 @@
 """The reading side of a cache."""
 
-import json
 import os
 from functools import cached_property
 from pathlib import Path
@@ -9,10 +8,10 @@ from typing import Any, Self
 import numpy as np
 import zarr
 from numpy.typing import NDArray
-from zarr.storage import LocalStore
+from zarr.storage import LocalStore, StorePath
 
 from taut import _taut
-from taut.cache import layout
+from taut.cache import layout, metadata
 from taut.errors import CacheError, did_you_mean
 from taut.scene.shipped import is_shipped
 
@@ -21,13 +20,21 @@ class Cache:
     """The frames of a run, as they stood on disk when it was opened.
 
     A run in progress may be read, too: only whole frames are seen. Open the cache again to see more.
+
+    Damage is always seen: metadata have a checksum, which is checked here, and chunks have one each, which
+    is checked when they are read. A chunk that is missing is an error that names its file and its frames.
+
+    Caches of the format before this one (``taut-cache/3``) are read on trust: their metadata have no
+    checksum, and chunks of nothing but zeros were not written, so that one of `pins`, `spring_kind` or whole
+    numbers in `diagnostics` that is missing reads as zeros. A run that goes on in one keeps its format and
+    adds the checksum. To be sure of an old cache, run its scene again.
     """
 
-    def __init__(self, path: Path, root: zarr.Group) -> None:
-        """Wrap an open group; see :meth:`open`."""
+    def __init__(self, path: Path, document: dict[str, Any]) -> None:
+        """Wrap the metadata of a group; see :meth:`open`."""
         self._path = path
-        self._arrays = _arrays(path, root)
-        self._attributes: dict[str, Any] = dict(root.attrs.asdict())
+        self._arrays = _arrays(path, document)
+        self._attributes: dict[str, Any] = document["attributes"]
         for name, kind in layout.ATTRIBUTES.items():
             if not isinstance(self._attributes.get(name), kind):
                 raise CacheError(
@@ -46,18 +53,16 @@ class Cache:
         """Open a cache for reading.
 
         Raises:
-            CacheError: there is none, or its structure is damaged.
+            CacheError: there is none, or its metadata are damaged.
         """
         path = Path(path)
         if not os.path.exists(path):
             raise CacheError(f"there is no cache {path}{_meant(path)}")
         try:
-            root = zarr.open_group(LocalStore(path, read_only=True), mode="r", zarr_format=3)
+            return cls(path, metadata.read(path))
         except (FileNotFoundError, NotADirectoryError):
-            raise CacheError(f"{path} is no cache: it is no Zarr group{_meant(path)}") from None
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise CacheError(f"{path}: its zarr.json is damaged ({error}); run it again") from None
-        return cls(path, root)
+            meant = _meant(path) or "; name one that taut run wrote"
+            raise CacheError(f"{path} is no cache: it is no Zarr group, with a zarr.json{meant}") from None
 
     @property
     def path(self) -> Path:
@@ -93,7 +98,7 @@ class Cache:
     @cached_property
     def time(self) -> NDArray[np.float64]:
         """Time of each frame [s], shape (frames,)."""
-        return self._series("time")
+        return self.rows("time", 0, self._frames)
 
     @cached_property
     def faces(self) -> NDArray[np.int32]:
@@ -113,22 +118,22 @@ class Cache:
     @cached_property
     def spring_kind(self) -> NDArray[np.uint8]:
         """Kind of each spring: 0 structural, 1 shear, 2 flexion; shape (springs,)."""
-        return self._read("spring_kind")
+        return self._constant("spring_kind")
 
     @cached_property
     def rest_length(self) -> NDArray[np.float32]:
         """Rest length of each spring [m], shape (springs,)."""
-        return self._read("rest_length")
+        return self._constant("rest_length")
 
     @cached_property
     def strain_limit(self) -> NDArray[np.float32]:
         """Largest stretch allowed of each spring [1], infinite where there is none; shape (springs,)."""
-        return self._read("strain_limit")
+        return self._constant("strain_limit")
 
     @cached_property
     def diagnostics(self) -> dict[str, NDArray[Any]]:
         """Numbers for each frame, shape (frames,) each; see :data:`taut.cache.layout.DIAGNOSTICS`."""
-        return {name: self._series(f"diagnostics/{name}") for name in layout.DIAGNOSTICS}
+        return {name: self.rows(f"diagnostics/{name}", 0, self._frames) for name in layout.DIAGNOSTICS}
 
     def positions(self, frame: int) -> NDArray[np.float32]:
         """Positions [m], shape (vertices, 3).
@@ -175,11 +180,15 @@ class Cache:
         return stretch
 
     def is_whole(self, frame: int) -> bool:
-        """Whether a frame reads back as it was written: its state has the hash that was stored with it."""
+        """Whether a frame reads back as it was written: its state has the hash that was stored with it.
+
+        Raises:
+            CacheError: the numbers of the frames are damaged, the hashes among them.
+        """
+        stored = int(self.diagnostics["state_hash"][frame])
         try:
             state = self.local_positions(frame), self.velocities(frame)
-            found = _taut.state_hash(*state, self.past(frame), self.origins(frame))
-            return int(found, 16) == int(self.diagnostics["state_hash"][frame])
+            return int(_taut.state_hash(*state, self.past(frame), self.origins(frame)), 16) == stored
         except CacheError:
             return False
 
@@ -189,56 +198,83 @@ class Cache:
             raise IndexError(
                 f"{self._path}: there is no frame {frame}; there are frames 0 to {self._frames - 1}"
             )
-        values = self._read(name, index)
-        if not np.isfinite(values).all():
-            raise CacheError(f"{self._path}: {name} of frame {index} are missing; run it again")
+        values: NDArray[Any] = self.rows(name, index, index + 1)[0]
         return values
 
-    def _series(self, name: str) -> NDArray[Any]:
-        values = self._read(name, slice(self._frames))
-        if values.dtype.kind == "f" and np.isnan(values).any():
-            raise CacheError(f"{self._path}: numbers of {name} are missing; run it again")
-        return values
+    def rows(self, name: str, first: int, stop: int) -> NDArray[Any]:
+        """Rows of any array of :mod:`taut.cache.layout`; of those with a frame axis, frames are rows.
+
+        Args:
+            name: of the array.
+            first: from 0.
+            stop: the row after the last one.
+
+        Raises:
+            CacheError: a chunk is missing or damaged.
+        """
+        array = self._arrays[name]
+        size = array.chunks[0]
+        parts = [np.empty((0, *array.shape[1:]), array.dtype)]
+        for chunk in range(first // size, -(-stop // size)):
+            parts.append(self._chunk(name, chunk, max(first, chunk * size), min(stop, (chunk + 1) * size)))
+        return np.concatenate(parts)
+
+    def _chunk(self, name: str, chunk: int, first: int, stop: int) -> NDArray[Any]:
+        """Rows of a single chunk, so that an error names its file."""
+        array = self._arrays[name]
+        file = self._path / name / array.metadata.encode_chunk_key((chunk, *(array.ndim - 1) * [0]))
+        frames = f"frame {first}" if stop - first == 1 else f"frames {first} to {stop - 1}"
+        what = f"{file}" if name in layout.CONSTANT else f"{file}, {frames},"
+        try:
+            if not file.is_file() and not layout.may_miss(name, self._attributes["format"]):
+                there = "no file" if os.path.lexists(file) else "missing"
+                raise CacheError(f"{what} is {there}; run it again (--overwrite)")
+            return np.asarray(array[first:stop])
+        except CacheError:
+            raise
+        except OSError as error:
+            raise metadata.unreadable(file, error) from None
+        except Exception as error:  # decoders raise all kinds of them
+            raise CacheError(f"{what} is damaged ({error}); run it again (--overwrite)") from None
+
+    def _constant(self, name: str) -> NDArray[Any]:
+        return self.rows(name, 0, self._arrays[name].shape[0])
 
     def _indices(self, name: str) -> NDArray[np.int32]:
-        values = self._read(name)
+        values = self._constant(name)
         if values.size and not (values.min() >= 0 and values.max() < self.vertices):
             raise CacheError(f"{self._path}: {name} name vertices that are not there; run it again")
         return values
-
-    def _read(self, name: str, selection: Any = slice(None)) -> NDArray[Any]:
-        try:
-            return np.asarray(self._arrays[name][selection])
-        except (OSError, ValueError, RuntimeError, MemoryError) as error:
-            raise CacheError(f"{self._path}: {name} is damaged ({error}); run it again") from None
 
 
 def _meant(path: Path) -> str:
     """The end of the sentence that a path is no cache: what may have been meant."""
     if path.suffix == ".toml" or is_shipped(str(path)):
         return f"; a scene is run first: taut run {path} --out {path.stem}.zarr"
-    return did_you_mean(path.name, sorted(cache.name for cache in path.parent.glob("*.zarr")))
+    return did_you_mean(
+        path.name, sorted(cache.name for cache in path.parent.glob("*.zarr") if cache != path)
+    )
 
 
-def _arrays(path: Path, root: zarr.Group) -> dict[str, zarr.Array[Any]]:
+def _arrays(path: Path, document: dict[str, Any]) -> dict[str, zarr.Array[Any]]:
     """Every array of a cache, its type and dimensions checked."""
-    found_format = root.attrs.get("format")
-    if found_format != layout.FORMAT:
-        raise CacheError(
-            f"{path} is no cache that this taut reads: its format is {found_format!r}, not {layout.FORMAT!r}"
-        )
     kinds = {name: (kind, 1 + len(shape)) for name, (kind, shape) in layout.CONSTANT.items()}
     kinds |= {name: (kind, 1) for name, kind in layout.SERIES.items()}
     kinds |= {name: ("float32", 3) for name in layout.STATE}
     further = {layout.PAST: "float32", layout.LOCAL: "float32", layout.ORIGINS: "float64"}
-    kinds |= {name: (kind, 3) for name, kind in further.items() if name in root}
-    arrays: dict[str, zarr.Array[Any]] = {}
+    store, arrays = LocalStore(path, read_only=True), {}
+    try:
+        nodes = document["consolidated_metadata"]["metadata"]
+        kinds |= {name: (kind, 3) for name, kind in further.items() if name in nodes}
+    except (KeyError, TypeError):
+        raise CacheError(f"{path}: its {metadata.FILE} does not name its arrays; run it again") from None
     for name, (kind, dimensions) in kinds.items():
         try:
-            array = root[name]
-        except (KeyError, OSError, ValueError, json.JSONDecodeError):
-            array = None
-        if not isinstance(array, zarr.Array) or (str(array.dtype), array.ndim) != (kind, dimensions):
+            array = zarr.Array.from_dict(StorePath(store, name), nodes[name])
+            usual = (str(array.dtype), array.ndim) == (kind, dimensions)
+        except Exception:  # metadata that are read on trust may hold anything
+            usual = False
+        if not usual:
             raise CacheError(f"{path}: the array {name} is missing or of another type; run it again")
         arrays[name] = array
     return arrays

@@ -72,7 +72,7 @@ def last_whole_frame(cache: Cache) -> int:
     """Index of the last frame that reads back as it was written.
 
     Raises:
-        CacheError: there is none.
+        CacheError: there is none, or the numbers of the frames are damaged.
     """
     for frame in reversed(range(cache.frames)):
         if cache.is_whole(frame):

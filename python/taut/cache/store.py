@@ -1,38 +1,26 @@
 """Files that are whole or not there, also after a kill or a power cut."""
 
-import asyncio
 import os
 import sys
 import uuid
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-
-from zarr.abc.buffer import Buffer
-from zarr.storage import LocalStore
 
 UNFINISHED = ".partial"
 """How names of files and folders end that are being written; a later writer clears them away."""
 
+_AT_A_TIME = 10
+"""Files that are flushed at the same time [1]; a disk answers several almost as fast as one."""
 
-class DurableStore(LocalStore):
-    """A folder to which each value is written beside its place, flushed and renamed."""
 
-    def __init__(self, root: Path | str, *, read_only: bool = False) -> None:
-        """Open a folder."""
-        super().__init__(root, read_only=read_only)
+class DurableFolder:
+    """A folder to which each file is written beside its place, flushed and renamed."""
+
+    def __init__(self, root: Path) -> None:
+        """Write below `root`."""
+        self.root = root
         self._unflushed: set[Path] = set()
-
-    async def set(self, key: str, value: Buffer) -> None:
-        """Write a value: a reader sees the old one or the new one, never a part."""
-        await asyncio.to_thread(self.set_sync, key, value)
-
-    async def set_if_not_exists(self, key: str, value: Buffer) -> None:
-        """Write a value unless there is one; not meant for several writers at a time."""
-        if not await self.exists(key):
-            await self.set(key, value)
-
-    def set_sync(self, key: str, value: Buffer) -> None:
-        """Like :meth:`set`."""
-        self.write(key, value.to_bytes())
 
     def write(self, key: str, value: bytes) -> None:
         """Write a file below the folder, whole or not at all; :meth:`flush` makes its name last, too.
@@ -53,6 +41,15 @@ class DurableStore(LocalStore):
             beside.unlink(missing_ok=True)
             raise
         self._unflushed.add(path.parent)
+
+    def write_all(self, files: Mapping[str, bytes]) -> None:
+        """Write several files; none is being written any more when this returns or raises.
+
+        Raises:
+            OSError: one of them cannot be written; others may be.
+        """
+        with ThreadPoolExecutor(_AT_A_TIME) as pool:
+            list(pool.map(self.write, files, files.values()))
 
     def flush(self) -> None:
         """Make everything written so far last through a power cut.

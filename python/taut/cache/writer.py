@@ -4,8 +4,10 @@ A frame becomes part of the cache in three moves, each of them a rename of flush
 
 1. The chunks of its arrays are written where no reader looks yet: beyond the shapes that are on disk.
 2. The ``zarr.json`` of each array gets the greater shape, `positions` last.
-3. The ``zarr.json`` of the group gets the shapes of all arrays ("consolidated metadata") and the new
-   ``state_hash``. This one rename is the commit for everybody who opens the group.
+3. The ``zarr.json`` of the group gets the shapes of all arrays ("consolidated metadata"), the new
+   ``state_hash`` and a checksum. This one rename is the commit for everybody who opens the group.
+
+Zarr encodes in memory; files are written here. So nothing is still being written after a disk has failed.
 """
 
 import errno
@@ -20,14 +22,16 @@ from typing import Any, Self
 
 import numpy as np
 import zarr
-from zarr.storage import StorePath
+from numpy.typing import NDArray
+from zarr.abc.buffer import Buffer
+from zarr.storage import MemoryStore, StorePath
 
-from taut.cache import layout, place
+from taut.cache import layout, metadata, place
 from taut.cache.header import Frame, Header
 from taut.cache.lock import FolderLock
 from taut.cache.reader import Cache
 from taut.cache.recover import check_same_run, last_whole_frame
-from taut.cache.store import DurableStore
+from taut.cache.store import DurableFolder
 from taut.errors import CacheError, CacheWriteError
 
 FIRST_INTERVAL, LONGEST_INTERVAL = 0.02, 0.5
@@ -40,6 +44,8 @@ MOST_BYTES = 64 * 2**20
 _BEYOND = 2**31 - 1
 """Frames that an array seems to have while chunks are written beyond its shape on disk."""
 
+_NOTHING_LEFT = "no frame is kept, nothing was left behind"
+
 
 class CacheWriter:
     """Adds frames to a cache that nobody else writes; made by :meth:`create` or :meth:`resume`.
@@ -48,19 +54,24 @@ class CacheWriter:
     """
 
     def __init__(self, path: Path, lock: FolderLock, frames: int) -> None:
-        """Go on after `frames` frames of the cache at `path`, whose lock is handed over."""
+        """Go on after `frames` frames of the cache at `path`, whose lock is handed over.
+
+        Raises:
+            CacheError: it is damaged.
+        """
         self.notes: list[str] = []
         """What was found and repaired, one sentence each."""
         self._path = path
         self._lock = lock
-        self._store = DurableStore(path)
-        self._root = json.loads((path / "zarr.json").read_bytes())
-        past = [name for name in (layout.PAST, *layout.EXACT) if (path / name).exists()]
-        nodes = (*past, *layout.NODES)
-        self._nodes = {name: json.loads((path / name / "zarr.json").read_bytes()) for name in nodes}
+        self._folder = DurableFolder(path)
+        self._document = metadata.read(path)
+        self._nodes: dict[str, Any] = self._document["consolidated_metadata"]["metadata"]
+        self._encoded: dict[str, Buffer] = {}
+        past = [name for name in (layout.PAST, *layout.EXACT) if name in self._nodes]
         self._arrays = {name: self._longer(name) for name in (*past, *layout.GROWING)}
+        self._begun = {name: self._rows_of_last_chunk(name, frames) for name in self._arrays}
         self._vertices: int = self._nodes["positions"]["shape"][1]
-        self._cloths = len(self._root["attributes"]["cloths"])
+        self._cloths = len(self._document["attributes"]["cloths"])
         self._committed = frames
         self._pending: list[dict[str, Any]] = []
         self._interval = FIRST_INTERVAL
@@ -88,12 +99,14 @@ class CacheWriter:
         built = place.beside(path)
         lock: FolderLock | None = None
         try:
-            with _explained(path, "nothing was left behind"):
+            with _explained(path, _NOTHING_LEFT):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 place.clear_leftovers(path)
                 built.mkdir()
                 lock = FolderLock(built)
-                layout.create(DurableStore(built), header)
+                folder = DurableFolder(built)
+                folder.write_all(layout.empty(header))
+                folder.flush()
                 writer = cls(built, lock, frames=0)
                 writer.append(first)
                 writer.commit()
@@ -131,13 +144,8 @@ class CacheWriter:
         cache = Cache.open(path)
         check_same_run(cache, header)
         whole = last_whole_frame(cache) + 1
-        try:
-            writer = cls(path, lock, whole)
-        except (ValueError, KeyError) as error:
-            raise CacheError(
-                f"{path}: its structure is damaged ({error}); overwrite it (--overwrite)"
-            ) from None
-        writer._root["attributes"].update(header.attributes)
+        writer = cls(path, lock, whole)
+        writer._document["attributes"].update(header.attributes)
         if whole < cache.frames:
             writer._forget_from(whole, cache)
         return writer
@@ -176,9 +184,9 @@ class CacheWriter:
             return
         frames = self.frames
         with self._writing():
-            for name, array in self._arrays.items():
-                array[self._committed : frames] = np.stack([row[name] for row in self._pending])
-            self._store.flush()
+            for name in self._arrays:
+                self._write_rows(name, frames)
+            self._folder.flush()
             self._publish(frames, self._pending[-1]["diagnostics/state_hash"])
         self._committed, self._pending = frames, []
         self._last_commit = time.monotonic()
@@ -207,22 +215,37 @@ class CacheWriter:
 
     def _longer(self, name: str) -> zarr.Array[Any]:
         document = self._nodes[name]
-        return zarr.Array.from_dict(
-            StorePath(self._store, name), {**document, "shape": [_BEYOND, *document["shape"][1:]]}
-        )
+        # Only local positions that stand for positions stay off the disk, see `layout.LOCAL`.
+        with zarr.config.set({"array.write_empty_chunks": name != layout.LOCAL}):
+            return zarr.Array.from_dict(
+                StorePath(MemoryStore(self._encoded), name),
+                {**document, "shape": [_BEYOND, *document["shape"][1:]]},
+            )
+
+    def _rows_of_last_chunk(self, name: str, frames: int) -> NDArray[Any]:
+        """Rows of the chunk that the next frame goes to: it is written anew with each commit."""
+        array = self._arrays[name]
+        begun = frames % array.chunks[0]
+        if begun == 0:
+            return np.empty((0, *array.shape[1:]), array.dtype)
+        return Cache.open(self._path).rows(name, frames - begun, frames)
+
+    def _write_rows(self, name: str, frames: int) -> None:
+        array = self._arrays[name]
+        rows = np.concatenate([self._begun[name], np.stack([row[name] for row in self._pending])])
+        array[frames - len(rows) : frames] = rows
+        files = {key: content.to_bytes() for key, content in self._encoded.items()}
+        self._encoded.clear()
+        self._folder.write_all(files)
+        self._begun[name] = rows[len(rows) - frames % array.chunks[0] :].copy()
 
     def _publish(self, frames: int, state_hash: int) -> None:
         for name in self._arrays:
             self._nodes[name]["shape"][0] = frames
-            self._store.write(f"{name}/zarr.json", _encoded(self._nodes[name]))
-        self._root["attributes"]["state_hash"] = f"{state_hash:016x}"
-        self._root["consolidated_metadata"] = {
-            "kind": "inline",
-            "must_understand": False,
-            "metadata": self._nodes,
-        }
-        self._store.write("zarr.json", _encoded(self._root))
-        self._store.flush()
+            self._folder.write(f"{name}/{metadata.FILE}", json.dumps(self._nodes[name]).encode())
+        self._document["attributes"]["state_hash"] = f"{state_hash:016x}"
+        self._folder.write(metadata.FILE, metadata.encoded(self._document))
+        self._folder.flush()
 
     def _forget_from(self, frames: int, cache: Cache) -> None:
         self.notes.append(
@@ -233,7 +256,8 @@ class CacheWriter:
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        kept = f"frames 0 to {self._committed - 1} are kept: go on with --resume"
+        last = self._committed - 1
+        kept = f"frames 0 to {last} are kept: go on with --resume" if last >= 0 else _NOTHING_LEFT
         try:
             with _explained(self._path, kept):
                 yield
@@ -251,13 +275,10 @@ def _numbers(frame: Frame, cloths: int) -> dict[str, Any]:
         numbers[f"diagnostics/{name}"] = np.dtype(kind).type(number)
     names = layout.STATE if frame.past is None else (*layout.STATE, layout.PAST)
     numbers |= {name: np.array(getattr(frame, name), np.float32) for name in names}
-    local = np.zeros_like(frame.positions) if frame.local_positions is None else frame.local_positions
+    same = frame.local_positions is None
+    local = np.full_like(frame.positions, np.nan) if same else frame.local_positions
     origins = np.zeros((cloths, 3)) if frame.origins is None else frame.origins
     return numbers | {layout.LOCAL: np.array(local), layout.ORIGINS: np.array(origins)}
-
-
-def _encoded(document: Any) -> bytes:
-    return json.dumps(document, allow_nan=False).encode()
 
 
 @contextmanager
@@ -266,7 +287,8 @@ def _explained(path: Path, consequence: str) -> Iterator[None]:
         yield
     except OSError as error:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-        remedy = "; free some space" if full else ""
+        # A disk takes only so many files, too.
+        remedy = "; free some space or delete some files" if full else ""
         reason = error.strerror or str(error)
         raise CacheWriteError(
             f"cannot write {error.filename or path}: {reason}{remedy}; {consequence}"
