@@ -33,18 +33,22 @@ def viewing(show: Show) -> Iterator[Viewing]:
     """Serve a show on a free port."""
     listening = listen(0)
     ready = threading.Event()
-    loop = asyncio.new_event_loop()
-    stop = asyncio.Event()
-    serving = Server(show).run(listening, ready.set, stop)
-    thread = threading.Thread(target=loop.run_until_complete, args=[serving])
+    running: list[tuple[asyncio.AbstractEventLoop, asyncio.Event]] = []
+
+    async def serve() -> None:
+        stop = asyncio.Event()
+        running.append((asyncio.get_running_loop(), stop))
+        await Server(show).run(listening, ready.set, stop)
+
+    thread = threading.Thread(target=lambda: asyncio.run(serve()))
     thread.start()
     try:
         assert ready.wait(20)
         yield Viewing(show, listening.getsockname()[1])
     finally:
+        loop, stop = running[0]
         loop.call_soon_threadsafe(stop.set)
         thread.join(20)
-        loop.close()
     assert not thread.is_alive()
 
 

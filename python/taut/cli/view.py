@@ -2,8 +2,10 @@
 
 import asyncio
 import contextlib
+import os
 import signal
 import socket
+import sys
 import threading
 import webbrowser
 from pathlib import Path
@@ -68,6 +70,9 @@ def command(
 
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(serve())
+    if show.is_running:  # Python would wait for a frame that takes long, of which nothing is kept
+        sys.stdout.flush()
+        os._exit(0)
 
 
 def _show(what: list[Path], settings: list[str], threads: int | None, sandbox: bool) -> "Show":

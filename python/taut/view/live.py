@@ -56,12 +56,18 @@ class LiveShow(Show):
     def _first(self) -> Simulation:
         return self._runs[0].simulation
 
-    def stop(self) -> None:
-        """End it, after the frame in hand."""
-        super().stop()
-        self._builder.shutdown(cancel_futures=True)
+    @property
+    def is_running(self) -> bool:
+        """Whether anything of it still works."""
+        return super().is_running or (self._building is not None and not self._building[1].done())
 
     def _run(self) -> None:
+        try:
+            self._turn_until_stopped()
+        finally:
+            self._builder.shutdown(wait=False, cancel_futures=True)
+
+    def _turn_until_stopped(self) -> None:
         while not self._stop.is_set():
             self.turn()
             if self._playing:

@@ -19,6 +19,8 @@ HOST = "127.0.0.1"
 MOST_PAGES = 32
 """Pages that can be open at once."""
 _HOSTS = {"127.0.0.1", "localhost", "::1"}
+_FAREWELL = 0.2
+"""How long pages and requests have to end when the viewer is stopped [s]."""
 _AHEAD = 2
 """Pictures on the way to a page before it has said that it drew one."""
 _MOST_FAULTS = 50
@@ -58,7 +60,7 @@ class Server:
         app = web.Application(middlewares=[only_from_here], client_max_size=LONGEST_ORDER)
         app.router.add_get("/socket", self._socket)
         app.router.add_get("/{name:.*}", self._file)
-        runner = web.AppRunner(app, access_log=None, shutdown_timeout=1.0)
+        runner = web.AppRunner(app, access_log=None, shutdown_timeout=_FAREWELL)
         await runner.setup()
         await web.SockSite(runner, listening).start()
         self._show.start()
@@ -67,10 +69,16 @@ class Server:
             await stop.wait()
         finally:
             self._show.board.listen(None)
-            for open_socket in list(self._sockets):
-                await open_socket.close(code=WSCloseCode.GOING_AWAY, message=b"the viewer was stopped")
-            await loop.run_in_executor(None, self._show.stop)
+            await asyncio.gather(self._dismiss_pages(), loop.run_in_executor(None, self._show.stop))
             await runner.cleanup()
+
+    async def _dismiss_pages(self) -> None:
+        code, reason = WSCloseCode.GOING_AWAY, b"the viewer was stopped"
+        closing = [asyncio.create_task(page.close(code=code, message=reason)) for page in self._sockets]
+        if closing:
+            _, deaf = await asyncio.wait(closing, timeout=_FAREWELL)
+            for farewell in deaf:  # such a page does not read what it was sent before
+                farewell.cancel()
 
     def _wake(self) -> None:
         for event in self._new:

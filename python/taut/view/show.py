@@ -6,6 +6,9 @@ from abc import ABC, abstractmethod
 from taut.view.board import Board, Client, Mailbox
 from taut.view.wire import Play, Release
 
+_PATIENCE = 0.5
+"""How long an end waits for the frame in hand [s]."""
+
 
 class Show(ABC):
     """A thread that takes orders from a mailbox and leaves pictures on a board."""
@@ -22,10 +25,15 @@ class Show(ABC):
         self._thread.start()
 
     def stop(self) -> None:
-        """End it, after the frame in hand."""
+        """End it after the frame in hand, but do not wait long for that; see :attr:`is_running`."""
         self._stop.set()
         self.mail.put(0, Play(False))
-        self._thread.join()
+        self._thread.join(_PATIENCE)
+
+    @property
+    def is_running(self) -> bool:
+        """Whether anything of it still works."""
+        return self._thread.is_alive()
 
     def leave(self, client: Client) -> None:
         """A page is gone; what it held falls."""
