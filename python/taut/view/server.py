@@ -3,12 +3,13 @@
 import asyncio
 import contextlib
 import itertools
+import logging
 import socket
 from collections.abc import Awaitable, Callable
 from functools import partial
 from urllib.parse import urlsplit
 
-from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp import WSCloseCode, WSMsgType, http_exceptions, web
 
 from taut.view.board import Client
 from taut.view.page_files import page_files
@@ -35,6 +36,17 @@ _SAFE = {
     "Cache-Control": "no-cache",
 }
 
+_LOG = logging.getLogger("taut.view")
+
+
+def _is_ours(record: logging.LogRecord) -> bool:
+    """Whether a mistake is the viewer's: requests without sense, and pages that are gone, are no news."""
+    error = record.exc_info[1] if record.exc_info else None
+    return not isinstance(error, http_exceptions.HttpProcessingError | ConnectionError)
+
+
+_LOG.addFilter(_is_ours)
+
 
 class Server:
     """The pages of one show."""
@@ -60,7 +72,7 @@ class Server:
         app = web.Application(middlewares=[only_from_here], client_max_size=LONGEST_ORDER)
         app.router.add_get("/socket", self._socket)
         app.router.add_get("/{name:.*}", self._file)
-        runner = web.AppRunner(app, access_log=None, shutdown_timeout=_FAREWELL)
+        runner = web.AppRunner(app, access_log=None, logger=_LOG, shutdown_timeout=_FAREWELL)
         await runner.setup()
         await web.SockSite(runner, listening).start()
         self._show.start()
@@ -94,7 +106,10 @@ class Server:
         if len(self._sockets) >= MOST_PAGES:
             raise web.HTTPServiceUnavailable(text=f"{MOST_PAGES} pages are open; close one.")
         page = web.WebSocketResponse(max_msg_size=LONGEST_ORDER, compress=False, heartbeat=20.0)
-        await page.prepare(request)
+        try:
+            await page.prepare(request)
+        except ValueError:  # it decodes headers, and repeats some of them, that may be no text
+            raise web.HTTPBadRequest(text="This is no request for a socket.", headers=_SAFE) from None
         client, new, drawn = next(self._numbers), asyncio.Event(), _Drawn()
         new.set()
         self._sockets.add(page)
