@@ -41,12 +41,17 @@ def disk(tmp_path: Path) -> Iterator[Disk]:
         subprocess.run(["umount", str(place)], check=True)
 
 
-def run(folder: Path, out: Path) -> str:
-    (folder / "flag.toml").write_text(FLAG)
-    command = [sys.executable, "-m", "taut", "run", str(folder / "flag.toml"), "--out", str(out), "--quiet"]
+def failing(*arguments: str | Path) -> str:
+    """What a command says that fails on the way."""
+    command = [sys.executable, "-m", "taut", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (1, "")
     return done.stderr
+
+
+def run(folder: Path, out: Path) -> str:
+    (folder / "flag.toml").write_text(FLAG)
+    return failing("run", folder / "flag.toml", "--out", out, "--quiet")
 
 
 @pytest.mark.parametrize("options", ["size=700k", "size=100m,nr_inodes=110"])
@@ -66,3 +71,21 @@ def test_where_no_frame_fits_nothing_is_kept(disk: Disk, tmp_path: Path, files: 
     said = run(tmp_path, place / "flag.zarr")
     assert said.endswith("; no frame is kept, nothing was left behind\n") and said.count("\n") == 1, said
     assert list(place.iterdir()) == []
+
+
+@pytest.mark.parametrize("options", ["size=4k", "size=100m,nr_inodes=2"])
+@pytest.mark.parametrize(
+    "command", [["new", "x.toml"], ["export", "--to", "obj", "--out", "x"], ["render", "--out", "x.png"]]
+)
+def test_no_command_leaves_a_part_of_a_file(
+    disk: Disk, recorded: Path, options: str, command: list[str]
+) -> None:
+    place = disk(options)
+    (place / "full").write_bytes(bytes(4096))
+    name, *further = command
+    cache = [] if name == "new" else [recorded]
+    said = failing(name, *cache, *(str(place / word) if word.startswith("x") else word for word in further))
+    lines = [line for line in said.splitlines() if line.startswith("error: ")]
+    assert len(lines) == 1 and "Traceback" not in said, said
+    assert "No space left on device; free some space or choose another disk (nothing was left" in said
+    assert [path.name for path in place.iterdir()] == ["full"]

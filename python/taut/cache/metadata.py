@@ -40,9 +40,12 @@ def read(path: Path) -> dict[str, Any]:
     attributes = document.get("attributes") if isinstance(document, dict) else None
     found = attributes.get("format") if isinstance(attributes, dict) else None
     if not isinstance(attributes, dict) or found not in (FORMAT, TRUSTED):
+        ours = isinstance(found, str) and found.startswith("taut-cache/")
+        remedy = (
+            f"read it with the taut that wrote it, or {_REMEDY}" if ours else "name one that taut run wrote"
+        )
         raise CacheError(
-            f"{path} is no cache that this taut reads: its format is {found!r}, not {FORMAT!r}; "
-            f"read it with the taut that wrote it, or {_REMEDY}"
+            f"{path} is no cache that this taut reads: its format is {found!r}, not {FORMAT!r}; {remedy}"
         )
     # A run that went on in an older cache leaves a checksum there, too.
     expected = attributes.get(CHECKSUM)

@@ -41,6 +41,7 @@ def command(
     path = Path(name) if name.endswith(".toml") else Path(f"{name}.toml")
     _check(name, path, kind, mesh, up)
     with expected_errors():
+        from taut.output import whole_file
         from taut.scene import Scene
         from taut.scene.shipped import is_shipped
         from taut.scene.template import commented
@@ -50,11 +51,8 @@ def command(
         scene = Scene(document, folder=path.parent)
         warn(Simulation(scene, threads=1).warnings)
         text = commented(scene, document, path.stem)
-        try:
-            with path.open("x", encoding="utf-8") as file:
-                file.write(text)
-        except OSError as error:
-            raise fail(f"cannot write {path}: {error.strerror}", BAD_INPUT) from None
+        with whole_file(path, overwrite=False) as part:
+            part.write_text(text, encoding="utf-8")
     if is_shipped(path.stem):
         warn([f"without .toml, {path.stem} is the scene that comes with taut"])
     typer.echo(f"wrote {path}; next: taut run {path} --out {path.with_suffix('.zarr')}")
