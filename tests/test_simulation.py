@@ -294,3 +294,14 @@ def test_several_threads_may_step_one_simulation(flag: dict[str, Any]) -> None:
         worker.join()
     assert not failures
     assert simulation.steps == 80
+
+
+def test_cloth_without_pins_holds_none_back(flag: dict[str, Any]) -> None:
+    flag["cloth"][0]["pins"] = []
+    simulation = Simulation(Scene({"cloth": flag["cloth"], "gravity": [0.0, 0.0, 0.0]}), threads=1)
+    noise = np.random.default_rng(1).normal(size=simulation.velocities.shape)
+    simulation.velocities = (1e8 * noise).astype(np.float32)
+    report = simulation.step(20)
+    assert report.lost_motion == 1.0, "the last resort of the certificate is meant"
+    assert report.cuts > 0
+    assert report.held_back_pins == 0

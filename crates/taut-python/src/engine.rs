@@ -1,25 +1,22 @@
 //! A model, its state and its workspace as one Python object.
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::{Mutex, PoisonError};
-use std::thread::{self, ThreadId};
-
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use taut::advance::{Failure, advance_in_turns};
 use taut::geometry::Vectors;
-use taut::inputs::{Air, Inputs, Target, Track};
+use taut::inputs::{Air, Target, Track};
 use taut::model::{Model, SpringKind};
 use taut::prepare::{Prepared, prepare};
-use taut::scene::{Scene, Wind};
+use taut::scene::Scene;
 use taut::schedule::Schedule;
 use taut::state::{Calm, Clock, State};
 use taut::step::{Work, admit, external};
 
 use crate::checks::{below, duration, movable, scene_with, workers};
 use crate::report::report;
+use crate::running::{Guarded, Running};
 use crate::turns::{Turns, or_error};
 use crate::{SimulationError, arrays, pools, scene_error, yardstick};
 
@@ -29,44 +26,20 @@ pub struct Engine {
     scene: Scene,
     model: Model,
     schedule: Schedule,
-    running: Mutex<Running>,
-    /// The thread that uses it.
-    user: Mutex<Option<ThreadId>>,
+    running: Guarded,
 }
 
 /// Seconds of each pass, and the forces.
 type Timed<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f32>>);
 
-/// What a step changes, and what acts on it.
-struct Running {
-    state: State,
-    inputs: Inputs,
-    wind: Option<Wind>,
-    work: Work,
-}
-
 impl Engine {
-    /// The running part; waits for a step that another thread is taking.
-    fn with<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Running) -> R + Send) -> R {
-        let user = || self.user.lock().unwrap_or_else(PoisonError::into_inner);
-        // It would wait for itself for ever.
-        assert!(*user() != Some(thread::current().id()), "a signal handler must not use the simulation that it interrupts");
-        py.detach(|| {
-            let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-            *user() = Some(thread::current().id());
-            let result = catch_unwind(AssertUnwindSafe(|| work(&mut running)));
-            *user() = None;
-            result.unwrap_or_else(|panic| resume_unwind(panic))
-        })
-    }
-
     fn advance<'py>(&self, py: Python<'py>, count: u64, dt: f64) -> PyResult<Bound<'py, PyDict>> {
         let mut turns = Turns::new();
         let (result, time) = or_error(|| {
-            self.with(py, |Running { state, inputs, work, .. }| {
+            self.running.with(py, |Running { state, inputs, work, .. }| {
                 (advance_in_turns(&self.model, state, inputs, dt, count, work, &mut || turns.next()), state.time())
             })
-        })?;
+        })??;
         match result {
             Ok(summary) => report(py, &summary, time),
             Err(failure) => Err(turns.raised.unwrap_or_else(|| self.explain(failure))),
@@ -90,8 +63,8 @@ impl Engine {
     }
 
     /// The state in the order of the vertices.
-    fn state(&self, py: Python<'_>) -> State {
-        self.with(py, |running| running.state.to_vertices(&self.model.numbering))
+    fn state(&self, py: Python<'_>) -> PyResult<State> {
+        self.running.with(py, |running| running.state.to_vertices(&self.model.numbering))
     }
 
     fn check_group(&self, group: usize) -> PyResult<()> {
@@ -120,14 +93,15 @@ impl Engine {
         paths: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let (meshes, followed) = (arrays::meshes(meshes)?, arrays::followed(paths)?);
-        let threads = workers(threads)?;
+        // With Python's lock held: no fork may come while threads are started.
+        let pool = pools::shared(workers(threads)?);
         py.detach(|| {
             let scene = Scene::from_json(scene).map_err(scene_error)?;
             let Prepared { model, inputs, schedule } = prepare(&scene, &meshes, &followed).map_err(scene_error)?;
             let state = State::new(&model);
-            let work = Work::with_pool(&model, &schedule, pools::shared(threads));
+            let work = Work::with_pool(&model, &schedule, pool);
             let running = Running { state, inputs, wind: scene.wind.clone(), work };
-            Ok(Self { running: Mutex::new(running), user: Mutex::default(), scene, model, schedule })
+            Ok(Self { running: Guarded::new(running), scene, model, schedule })
         })
     }
 
@@ -142,8 +116,8 @@ impl Engine {
     }
 
     #[getter]
-    fn threads(&self, py: Python<'_>) -> usize {
-        self.with(py, |running| running.work.pool().threads())
+    fn threads(&self, py: Python<'_>) -> PyResult<usize> {
+        self.running.with(py, |running| running.work.pool().threads())
     }
 
     #[getter]
@@ -215,44 +189,44 @@ impl Engine {
     }
 
     #[getter]
-    fn steps(&self, py: Python<'_>) -> u64 {
-        self.with(py, |running| running.state.clock.steps)
+    fn steps(&self, py: Python<'_>) -> PyResult<u64> {
+        self.running.with(py, |running| running.state.clock.steps)
     }
 
     #[getter]
-    fn time(&self, py: Python<'_>) -> f64 {
-        self.with(py, |running| running.state.time())
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
+        self.running.with(py, |running| running.state.time())
     }
 
-    fn positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
-        let rows = self.with(py, |Running { state, work, .. }| {
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let rows = self.running.with(py, |Running { state, work, .. }| {
             let (mut rows, pool) = (vec![[0.0; 3]; self.model.particle_count()], work.pool());
             pool.install(state.positions.len(), || state.write_places(&self.model, &mut rows, &pool));
             rows
-        });
-        arrays::rows_of(PyArray1::from_vec(py, rows.into_flattened()), 3)
+        })?;
+        Ok(arrays::rows_of(PyArray1::from_vec(py, rows.into_flattened()), 3))
     }
 
     #[getter]
-    fn local_positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
-        let positions = self.with(py, |running| self.model.numbering.to_vertices(&running.state.positions));
-        arrays::to_numpy(py, &positions)
+    fn local_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let positions = self.running.with(py, |running| self.model.numbering.to_vertices(&running.state.positions))?;
+        Ok(arrays::to_numpy(py, &positions))
     }
 
     #[getter]
-    fn origins<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let origins = self.with(py, |running| running.state.origins.clone());
-        arrays::rows_of(PyArray1::from_iter(py, origins.iter().flat_map(|origin| origin.to_array())), 3)
+    fn origins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let origins = self.running.with(py, |running| running.state.origins.clone())?;
+        Ok(arrays::rows_of(PyArray1::from_iter(py, origins.iter().flat_map(|origin| origin.to_array())), 3))
     }
 
-    fn velocities<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
-        let velocities = self.with(py, |running| self.model.numbering.to_vertices(running.state.of_motion()));
-        arrays::to_numpy(py, &velocities)
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let velocities = self.running.with(py, |running| self.model.numbering.to_vertices(running.state.of_motion()))?;
+        Ok(arrays::to_numpy(py, &velocities))
     }
 
     fn read_state(&self, py: Python<'_>, positions: Py<PyAny>, velocities: Py<PyAny>) -> PyResult<()> {
         let (count, numbering) = (self.model.particle_count(), &self.model.numbering);
-        self.with(py, |Running { state, work, .. }| {
+        self.running.with(py, |Running { state, work, .. }| {
             // One thread at a time: others may be told of the same arrays.
             Python::attach(|py| {
                 let mut positions = arrays::writable("positions", positions.bind(py), count)?;
@@ -265,7 +239,7 @@ impl Engine {
                 });
                 Ok(())
             })
-        })
+        })?
     }
 
     #[getter]
@@ -277,8 +251,7 @@ impl Engine {
     fn lead(&self, py: Python<'_>, vertex: usize, target: [f64; 3], speed: f32) -> PyResult<()> {
         let particle = self.particle(vertex)?;
         movable("target", target, f64::from(speed))?;
-        self.with(py, |running| running.inputs.grips.lead(particle, target, speed));
-        Ok(())
+        self.running.with(py, |running| running.inputs.grips.lead(particle, target, speed))
     }
 
     #[pyo3(signature = (vertices, targets, over=0.0))]
@@ -286,32 +259,30 @@ impl Engine {
         let targets = arrays::places("targets", targets, Some(vertices.len()))?;
         let particles = self.particles(&vertices)?;
         duration("over", over)?;
-        self.with(py, |Running { state, inputs, .. }| {
+        self.running.with(py, |Running { state, inputs, .. }| {
             let arrival = state.time() + over;
             for (particle, place) in particles.into_iter().zip(targets) {
                 inputs.grips.hold(particle, Target { place, arrival });
             }
-        });
-        Ok(())
+        })
     }
 
     fn release(&self, py: Python<'_>, vertices: Vec<usize>) -> PyResult<()> {
         let particles = self.particles(&vertices)?;
-        self.with(py, |running| particles.into_iter().for_each(|particle| running.inputs.grips.release(particle)));
-        Ok(())
+        self.running.with(py, |running| particles.into_iter().for_each(|particle| running.inputs.grips.release(particle)))
     }
 
     #[getter]
-    fn held<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        let particles = self.with(py, |running| running.inputs.grips.particles().to_vec());
+    fn held<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        let particles = self.running.with(py, |running| running.inputs.grips.particles().to_vec())?;
         let mut vertices: Vec<i32> = particles.into_iter().map(|particle| self.vertex(particle)).collect();
         vertices.sort_unstable();
-        PyArray1::from_vec(py, vertices)
+        Ok(PyArray1::from_vec(py, vertices))
     }
 
     #[getter]
-    fn gravity(&self, py: Python<'_>) -> [f64; 3] {
-        self.with(py, |Running { state, inputs, .. }| inputs.gravity.at(state.time())).to_array()
+    fn gravity(&self, py: Python<'_>) -> PyResult<[f64; 3]> {
+        Ok(self.running.with(py, |Running { state, inputs, .. }| inputs.gravity.at(state.time()))?.to_array())
     }
 
     #[setter]
@@ -321,54 +292,51 @@ impl Engine {
             return Err(PyValueError::new_err(format!("gravity = {gravity:?}: must be three finite numbers [m/s^2]")));
         }
         let checked = scene_with(&format!(r#""gravity": {gravity:?}"#))?.gravity();
-        self.with(py, |running| running.inputs.gravity = Track::constant(checked.into()));
-        Ok(())
+        self.running.with(py, |running| running.inputs.gravity = Track::constant(checked.into()))
     }
 
     #[getter]
-    fn wind(&self, py: Python<'_>) -> Option<String> {
-        let wind = self.with(py, |running| running.wind.clone());
-        wind.map(|wind| wind.to_json())
+    fn wind(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let wind = self.running.with(py, |running| running.wind.clone())?;
+        Ok(wind.map(|wind| wind.to_json()))
     }
 
     #[setter]
     fn set_wind(&self, py: Python<'_>, wind: Option<&str>) -> PyResult<()> {
         let wind = scene_with(&format!(r#""wind": {}"#, wind.unwrap_or("null")))?.wind;
-        self.with(py, |running| {
+        self.running.with(py, |running| {
             running.inputs.air = wind.as_ref().map(Air::new);
             running.wind = wind;
-        });
-        Ok(())
+        })
     }
 
     fn shift_pins(&self, py: Python<'_>, group: usize, offset: [f64; 3], speed: f64) -> PyResult<()> {
         self.check_group(group)?;
         movable("offset", offset, speed)?;
-        self.with(py, |Running { state, inputs, .. }| {
+        self.running.with(py, |Running { state, inputs, .. }| {
             inputs.grips.shift(group, offset.into(), speed);
             if speed.is_infinite() {
                 state.offsets[group].now = offset.into();
             }
-        });
-        Ok(())
+        })
     }
 
     fn pin_offset(&self, py: Python<'_>, group: usize) -> PyResult<[f64; 3]> {
         self.check_group(group)?;
-        Ok(self.with(py, |running| running.state.offsets[group].now).to_array())
+        Ok(self.running.with(py, |running| running.state.offsets[group].now)?.to_array())
     }
 
-    fn admit(&self, py: Python<'_>) {
-        self.with(py, |running| {
+    fn admit(&self, py: Python<'_>) -> PyResult<()> {
+        self.running.with(py, |running| {
             let Running { state, inputs, work, .. } = running;
             admit(&self.model, state, inputs, work);
-        });
+        })
     }
 
-    fn past<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f32>>> {
-        let state = self.state(py);
+    fn past<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        let state = self.state(py)?;
         let vectors: Vectors = state.memory().flat_map(Vectors::iter).chain(state.memory_of_cloths()).collect();
-        (!vectors.is_empty()).then(|| arrays::to_numpy(py, &vectors))
+        Ok((!vectors.is_empty()).then(|| arrays::to_numpy(py, &vectors)))
     }
 
     #[pyo3(signature = (positions, velocities, steps, past=None, origins=None))]
@@ -404,8 +372,7 @@ impl Engine {
             state.past.length = self.schedule.step_length;
         }
         // Pins stay beside their paths.
-        self.with(py, |running| running.state = State { offsets: running.state.offsets.clone(), ..state });
-        Ok(())
+        self.running.with(py, |running| running.state = State { offsets: running.state.offsets.clone(), ..state })
     }
 
     #[pyo3(signature = (count=1, dt=None))]
@@ -417,34 +384,33 @@ impl Engine {
         self.advance(py, 0, self.schedule.step_length)
     }
 
-    fn snapshot<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        let bytes = self.with(py, |running| running.state.to_bytes(&self.model, &running.inputs.grips));
-        PyBytes::new(py, &bytes)
+    fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = self.running.with(py, |running| running.state.to_bytes(&self.model, &running.inputs.grips))?;
+        Ok(PyBytes::new(py, &bytes))
     }
 
     fn restore(&self, py: Python<'_>, snapshot: &[u8]) -> PyResult<()> {
         let read = State::from_bytes(snapshot, &self.model).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        self.with(py, |Running { state, inputs, .. }| (*state, inputs.grips) = read);
-        Ok(())
+        self.running.with(py, |Running { state, inputs, .. }| (*state, inputs.grips) = read)
     }
 
-    fn yardstick<'py>(&self, py: Python<'py>, repeats: usize) -> Timed<'py> {
-        let positions = self.with(py, |running| running.state.positions.clone());
+    fn yardstick<'py>(&self, py: Python<'py>, repeats: usize) -> PyResult<Timed<'py>> {
+        let positions = self.running.with(py, |running| running.state.positions.clone())?;
         let (seconds, forces) = py.detach(|| yardstick::measure(&self.model, &positions, repeats));
-        (PyArray1::from_vec(py, seconds), arrays::to_numpy(py, &self.model.numbering.to_vertices(&forces)))
+        Ok((PyArray1::from_vec(py, seconds), arrays::to_numpy(py, &self.model.numbering.to_vertices(&forces))))
     }
 
-    fn external_forces<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+    fn external_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let mut accelerations =
-            self.with(py, |Running { state, inputs, work, .. }| external(&self.model, state, inputs, work).clone());
+            self.running.with(py, |Running { state, inputs, work, .. }| external(&self.model, state, inputs, work).clone())?;
         let masses = &self.model.particles.mass;
         for column in [&mut accelerations.x, &mut accelerations.y, &mut accelerations.z] {
             column.iter_mut().zip(masses).for_each(|(part, mass)| *part *= mass);
         }
-        arrays::to_numpy(py, &self.model.numbering.to_vertices(&accelerations))
+        Ok(arrays::to_numpy(py, &self.model.numbering.to_vertices(&accelerations)))
     }
 
-    fn state_hash(&self, py: Python<'_>) -> String {
-        format!("{:016x}", self.state(py).hash())
+    fn state_hash(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("{:016x}", self.state(py)?.hash()))
     }
 }

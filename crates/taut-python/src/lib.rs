@@ -6,6 +6,7 @@ mod engine;
 mod memory;
 mod pools;
 mod report;
+mod running;
 mod turns;
 mod yardstick;
 

@@ -1,5 +1,6 @@
 //! The whole story of a time step.
 
+use std::mem;
 use std::sync::Arc;
 
 use crate::filter::{self, Filter};
@@ -63,6 +64,11 @@ impl Work {
     #[must_use]
     pub fn pool(&self) -> Arc<Pool> {
         Arc::clone(&self.pool)
+    }
+
+    /// Goes on with other threads; returns those it had.
+    pub fn replace_pool(&mut self, pool: Arc<Pool>) -> Arc<Pool> {
+        mem::replace(&mut self.pool, pool)
     }
 
     /// The steps of the scene.

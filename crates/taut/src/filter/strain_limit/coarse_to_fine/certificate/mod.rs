@@ -113,7 +113,7 @@ impl Certificate {
             ends.set(particle, start);
             state.velocities.set(particle, state.velocities.get(particle) - (end - start) / step);
         }
-        Verdict { cut: true, held_back_pins: true, lost_motion: 1.0 }
+        Verdict { cut: true, held_back_pins: !self.is_free(), lost_motion: 1.0 }
     }
 
     /// Whether no spring is over its limit and longer than it was, but for rounding.
