@@ -47,6 +47,7 @@ PACKAGE_RULES: dict[str, set[str]] = {
     "cache": {"bench", "cli", "compare", "figures", "render", "formats", "run", "view"},
     "scene": {"bench", "cli", "cache", "compare", "figures", "render", "run", "simulation", "view"},
     "simulation": {"bench", "cli", "compare", "figures", "render", "view"},
+    "simulated": {"bench", "cli", "compare", "figures", "render", "simulation", "view"},
     "run": {"bench", "cli", "compare", "figures", "render", "view"},
     "bench": {"cli", "cache", "render", "run", "compare", "figures", "view"},
     "compare": {"cli", "formats", "figures", "view"},

@@ -1,33 +1,36 @@
 """A running simulation: NumPy in, NumPy out; the work is done by the compiled engine."""
 
 import json
-import operator
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from taut._taut import Engine
-from taut.arrays import chosen, read_only, single, triple, world_places
+from taut.arrays import (
+    FARTHEST,
+    SLOWEST,
+    SPEED,
+    chosen,
+    entry,
+    read_only,
+    real,
+    single,
+    triple,
+    whole,
+    world_places,
+)
 from taut.report import Report
-from taut.scene import FollowedPath, Mesh, Scene
+from taut.scene import Scene
 from taut.scene.plain import plain
+from taut.simulated import Simulated
 
-MOST_THREADS = 1024
-"""Worker threads that can be asked for [1]; no machine has more cores that would help."""
-
-
-class ClothRange(NamedTuple):
-    """Where a cloth's vertices lie among all vertices."""
-
-    name: str
-    first_vertex: int
-    vertices: int
+MOST_STEPS = 2**52
+"""Steps that a simulation can have taken when its state is set [1]: the time of more could not be told."""
 
 
-class Simulation:
+class Simulation(Simulated):
     """A scene that moves. Other Python threads run while it steps."""
 
     def __init__(self, scene: Scene, threads: int | None = None) -> None:
@@ -42,104 +45,20 @@ class Simulation:
             TypeError: `scene` is no :class:`taut.Scene`.
             ValueError: `threads` is out of range.
         """
-        if not isinstance(scene, Scene):
-            raise TypeError(
-                f"scene is a {type(scene).__name__}; must be a taut.Scene, as from taut.Scene.load(path)"
-            )
-        if threads is not None and not 1 <= operator.index(threads) <= MOST_THREADS:
-            raise ValueError(f"threads = {threads}: must be 1 to {MOST_THREADS}, or None for all cores")
-        self._scene = scene
-        self._meshes, repairs = scene.read_meshes()
-        self._paths = scene.read_paths()
-        self._engine = Engine(scene.to_json(), self._meshes, threads, self._paths)
-        self._warnings = repairs + [text for text in self._engine.warnings if text not in repairs]
+        super().__init__(scene, threads)
+        self._told: dict[str, Any] = {}
+        self._begin()
+
+    def _begin(self) -> None:
         shape = (self._engine.vertex_count, 3)
         self._state = np.empty(shape, np.float32), np.empty(shape, np.float32)
-        self._positions, self._velocities = (read_only(array.view()) for array in self._state)
+        self._positions, self._velocities = (read_only(array) for array in self._state)
         self._refresh()
         self._report = Report(**self._engine.report())
 
-    # What is simulated; none of it changes.
-
-    @property
-    def scene(self) -> Scene:
-        """The scene it was made of."""
-        return self._scene
-
-    @property
-    def meshes(self) -> Mapping[str, Mesh]:
-        """Geometry of the meshes that the scene names: vertices, corners and counts of the faces."""
-        return self._meshes
-
-    @property
-    def paths(self) -> Mapping[str, FollowedPath]:
-        """The arrays that pins of the scene follow: places [m] and frames per second, if not the scene's."""
-        return self._paths
-
-    @property
-    def warnings(self) -> list[str]:
-        """What is suspicious in the scene and what was repaired in its meshes, one sentence each."""
-        return list(self._warnings)
-
-    @property
-    def threads(self) -> int:
-        """Worker threads [1]."""
-        return self._engine.threads
-
-    @property
-    def substeps(self) -> int:
-        """Steps per frame [1]."""
-        return self._engine.substeps
-
-    @property
-    def step_length(self) -> float:
-        """Length of a step [s]."""
-        return self._engine.step_length
-
-    @property
-    def step_bound(self) -> float:
-        """Largest stable step [s]."""
-        return self._engine.step_bound
-
-    @cached_property
-    def cloths(self) -> list[ClothRange]:
-        """Name, first vertex and number of vertices of each cloth."""
-        return [ClothRange(*cloth) for cloth in self._engine.cloths]
-
-    @cached_property
-    def faces(self) -> NDArray[np.int32]:
-        """Triangles as vertex indices, shape (triangles, 3), read-only."""
-        return read_only(self._engine.faces)
-
-    @cached_property
-    def springs(self) -> NDArray[np.int32]:
-        """Springs as pairs of vertex indices, shape (springs, 2), read-only."""
-        return read_only(self._engine.springs)
-
-    @cached_property
-    def spring_kind(self) -> NDArray[np.uint8]:
-        """Kind of each spring: 0 structural, 1 shear, 2 flexion; shape (springs,), read-only."""
-        return read_only(self._engine.spring_kind)
-
-    @cached_property
-    def rest_length(self) -> NDArray[np.float32]:
-        """Rest length of each spring [m], shape (springs,), read-only."""
-        return read_only(self._engine.rest_length)
-
-    @cached_property
-    def strain_limit(self) -> NDArray[np.float32]:
-        """Largest stretch of each spring at the start [1], infinite for none; shape (springs,), read-only."""
-        return read_only(self._engine.strain_limit)
-
-    @cached_property
-    def mass(self) -> NDArray[np.float32]:
-        """Mass of each vertex [kg], shape (vertices,), read-only."""
-        return read_only(self._engine.mass)
-
-    @cached_property
-    def pinned(self) -> NDArray[np.bool_]:
-        """Whether each vertex is pinned, shape (vertices,), read-only."""
-        return read_only(self._engine.pinned)
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies, deep ones and pickled ones too, go on by themselves from the state that there is."""
+        return _again, (type(self), self._parts, self.threads, self._told, self.snapshot())
 
     # The state.
 
@@ -222,16 +141,17 @@ class Simulation:
         Args:
             positions: in the world [m], shape (vertices, 3), float32 or float64.
             velocities: [m/s], likewise.
-            steps: steps taken since the start, from which the time follows.
+            steps: steps taken since the start, from which the time follows; at most :data:`MOST_STEPS`.
             past: :attr:`past`; without it the integrator starts anew with these velocities.
             origins: :attr:`origins`, if the positions are :attr:`local_positions`: together the same bits as
                 they were; without them cloths far from where they were built get origins near them.
 
         Raises:
             TypeError: numbers of another type.
-            ValueError: a wrong shape, or a number that is not finite (which one is named).
+            ValueError: a wrong shape, a number that is not finite (which one is named), or too many steps.
         """
         shape = self._positions.shape
+        steps = whole("steps", steps, f"a whole number from 0 to {MOST_STEPS}", 0, MOST_STEPS)
         places = single("positions", positions, shape, np.float64 if origins is None else np.float32)
         self._engine.set_state(places, single("velocities", velocities, shape), steps, past, origins)
         self._refresh()
@@ -257,9 +177,11 @@ class Simulation:
 
         Raises:
             IndexError: there is no such vertex.
-            ValueError: a number is not finite, or the speed not above 0.
+            TypeError: something is no number.
+            ValueError: a number is not finite, the target out of reach, or the speed not above 0.
         """
-        self._engine.lead(operator.index(vertex), triple("target", target), speed)
+        number = entry("vertex", vertex, len(self._positions))
+        self._engine.lead(number, triple("target", target, FARTHEST), real("speed", speed, SPEED, SLOWEST))
 
     def hold(self, vertices: ArrayLike, targets: ArrayLike, over: float = 0.0) -> None:
         """Hold vertices, or give vertices that are held other targets.
@@ -276,11 +198,12 @@ class Simulation:
 
         Raises:
             IndexError: there is no such vertex.
-            TypeError: vertices that are no integers.
-            ValueError: a wrong shape, or a number that is not finite.
+            TypeError: vertices that are no integers, or something else that is no number.
+            ValueError: a wrong shape, a number that is not finite, or a target out of reach.
         """
         numbers = chosen(vertices, len(self._positions))
-        self._engine.hold(numbers, world_places(targets, len(numbers)), over)
+        places = world_places(targets, len(numbers))
+        self._engine.hold(numbers, places, real("over", over, "a finite time [s], 0 or longer"))
 
     def release(self, vertices: ArrayLike) -> None:
         """Let vertices go that :meth:`hold` or :meth:`lead` holds; they keep their velocities.
@@ -306,7 +229,9 @@ class Simulation:
 
     @gravity.setter
     def gravity(self, value: ArrayLike) -> None:
-        self._engine.gravity = list(triple("gravity", value))
+        gravity = triple("gravity", value)
+        self._engine.gravity = list(gravity)
+        self._told["gravity"] = gravity
 
     @property
     def wind(self) -> dict[str, Any] | None:
@@ -320,12 +245,10 @@ class Simulation:
 
     @wind.setter
     def wind(self, value: Mapping[str, Any] | ArrayLike | None) -> None:
-        if value is None:
-            self._engine.wind = None
-            return
-        if not isinstance(value, Mapping):
+        if value is not None and not isinstance(value, Mapping):
             value = {**(self.wind or {}), "velocity": triple("wind", value), "keyframes": []}
-        self._engine.wind = json.dumps(plain(dict(value), "wind"))
+        self._engine.wind = None if value is None else json.dumps(plain(dict(value), "wind"))
+        self._told["wind"] = self.wind
 
     def shift_pins(self, group: int, offset: ArrayLike, speed: float) -> None:
         """Move a group of :attr:`pin_groups` off its path; where the cloth cannot follow, the pins wait.
@@ -337,9 +260,13 @@ class Simulation:
 
         Raises:
             IndexError: there is no such group.
-            ValueError: a number is not finite, or the speed not above 0.
+            TypeError: something is no number.
+            ValueError: a number is not finite, the offset too large, or the speed not above 0.
         """
-        self._engine.shift_pins(operator.index(group), triple("offset", offset), speed)
+        number = entry("group", group, len(self.pin_groups))
+        self._engine.shift_pins(
+            number, triple("offset", offset, FARTHEST), real("speed", speed, SPEED, SLOWEST)
+        )
 
     def pin_offset(self, group: int) -> NDArray[np.float64]:
         """How far a group of :attr:`pin_groups` is off its path now [m], shape (3,).
@@ -347,7 +274,7 @@ class Simulation:
         Raises:
             IndexError: there is no such group.
         """
-        return np.array(self._engine.pin_offset(operator.index(group)))
+        return np.array(self._engine.pin_offset(entry("group", group, len(self.pin_groups))))
 
     def admit(self) -> None:
         """Move vertices until no spring is over its limit.
@@ -386,8 +313,12 @@ class Simulation:
         """Go back to a snapshot.
 
         Raises:
+            TypeError: it is not of type bytes.
             ValueError: it is damaged, or of another scene.
         """
+        if not isinstance(snapshot, bytes):
+            kind = type(snapshot).__name__
+            raise TypeError(f"snapshot is a {kind}: must be bytes, as from Simulation.snapshot()")
         self._engine.restore(snapshot)
         self._refresh()
         self._report = Report(**self._engine.report())
@@ -404,10 +335,12 @@ class Simulation:
 
         Raises:
             SimulationError: a vertex became non-finite.
-            ValueError: `n` is below 1, or `dt` not above 0 or over what springs bear.
+            TypeError: something is no number.
+            ValueError: `n` is below 1, or `dt` below 1e-12 s or over what springs bear.
         """
-        if operator.index(n) < 1:
-            raise ValueError(f"n = {n}: must be 1 or more steps")
+        n = whole("n", n, f"1 or more steps, at most {MOST_STEPS}", 1, MOST_STEPS)
+        if dt is not None:
+            dt = real("dt", dt, "a length of time [s]")
         self._report = Report(**self._engine.step(n, dt))
         self._refresh()
         return self._report
@@ -421,11 +354,12 @@ class Simulation:
 
         Raises:
             SimulationError: a vertex became non-finite; the state is that of the frame before.
+            TypeError: `frames` is no integer, or `on_frame` no function.
             ValueError: `frames` is negative.
         """
-        if operator.index(frames) < 0:
-            raise ValueError(f"frames = {frames}: must be 0 or more")
-        for _ in range(frames):
+        if on_frame is not None and not callable(on_frame):
+            raise TypeError(f"on_frame is a {type(on_frame).__name__}: must be a function, or None")
+        for _ in range(whole("frames", frames, "0 or more", 0, MOST_STEPS)):
             self.step(self.substeps)
             if on_frame is not None:
                 on_frame(self)
@@ -443,9 +377,21 @@ class Simulation:
         Raises:
             ValueError: `repeats` is below 1.
         """
-        if operator.index(repeats) < 1:
-            raise ValueError(f"repeats = {repeats}: must be 1 or more passes")
-        return self._engine.yardstick(repeats)
+        return self._engine.yardstick(whole("repeats", repeats, "1 or more passes", 1, MOST_STEPS))
 
     def _refresh(self) -> None:
         self._engine.read_state(*self._state)
+
+
+def _again(
+    kind: type[Simulation], parts: Any, threads: int, told: Mapping[str, Any], snapshot: bytes
+) -> Simulation:
+    """Another simulation like the one that these are of."""
+    simulation = kind.__new__(kind)
+    simulation._build(parts, threads)
+    simulation._told = {}
+    simulation._begin()
+    for name, value in told.items():
+        setattr(simulation, name, value)
+    simulation.restore(snapshot)
+    return simulation

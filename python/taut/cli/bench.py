@@ -45,7 +45,7 @@ def command(
         sizes, limits, seconds = "32,64,128,256,512", "1,5,10", 60.0
     with expected_errors():
         from taut.bench import SCENES, Window, plan
-        from taut.simulation import MOST_THREADS
+        from taut.simulated import MOST_THREADS
 
         chosen = _list("scenes", scenes, str)
         for name in chosen:

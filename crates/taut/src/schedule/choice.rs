@@ -33,6 +33,9 @@ const MUCH: f64 = 4.0;
 /// More steps a frame than this are a mistake in the scene.
 const MOST_STEPS: f64 = 100_000.0;
 
+/// Steps are at least this long [s]: single precision must hold what is divided by their squares.
+const SHORTEST: f64 = 1e-12;
+
 /// The steps of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
@@ -143,7 +146,7 @@ impl Schedule {
         } else {
             stability::bound(&model.solver, &model.rates, 0.0)
         };
-        if length > 0.0 && length.is_finite() && length <= bound { Ok(()) } else { Err(BadLength { length, bound }) }
+        if length >= SHORTEST && length.is_finite() && length <= bound { Ok(()) } else { Err(BadLength { length, bound }) }
     }
 
     /// What is to be said: one cloth makes the steps of all much shorter; the integrator lets vibrations grow.
@@ -164,8 +167,8 @@ impl Schedule {
 /// A step that cannot be taken.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
-    "dt = {length} s: must be above 0 and at most {bound:.3e} s, the stability bound of the springs; take more steps that are shorter, \
-     or leave dt out"
+    "dt = {length:?} s: must be {SHORTEST:e} s or more, for the sake of single precision, and at most {bound:.3e} s, the stability bound \
+     of the springs; take other steps, or leave dt out"
 )]
 pub struct BadLength {
     /// What was asked for [s].
