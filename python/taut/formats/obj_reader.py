@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from taut.formats.polygons import MeshError, Polygons
+from taut.formats.text import quoted
 
 _BYTE_ORDER_MARK = "\xef\xbb\xbf"  # of UTF-8, read as Latin-1
 _READ = ("v", "f", "fo")  # fo: the old name of f
@@ -63,8 +64,8 @@ class _Reader:
             raise self._error(number, f"a vertex needs 3 coordinates, this line has {len(words) - 1}")
         try:
             self.coordinates.extend(map(float, words[1:4]))
-        except ValueError as error:
-            raise self._error(number, f"not a vertex: {_shown(error)}") from None
+        except ValueError:
+            raise self._error(number, f"not a vertex: {quoted(words)} must be numbers") from None
         self.vertex_lines.append(number)
 
     def _face(self, number: int, words: list[str]) -> None:
@@ -72,8 +73,10 @@ class _Reader:
             raise self._error(number, f"a face needs 3 corners or more, this line has {len(words) - 1}")
         try:
             indices = [int(word.partition("/")[0]) for word in words[1:]]
-        except ValueError as error:
-            raise self._error(number, f"not a face: {_shown(error)}") from None
+        except ValueError:
+            raise self._error(
+                number, f"not a face: {quoted(words)} must be integers, as in 3 or 3/1/2"
+            ) from None
         if min(indices) < 0:
             indices = [self._counted_back(index, number) for index in indices]
         try:
@@ -141,8 +144,3 @@ def _out_of_range(index: int, vertices: int, where: str) -> str:
 
 def _integers(values: "array[int]") -> NDArray[np.int64]:
     return np.array(values, dtype=np.int64)
-
-
-def _shown(error: ValueError) -> str:
-    text = str(error).encode("ascii", "backslashreplace").decode()
-    return text if len(text) <= 100 else text[:97] + "..."

@@ -1,13 +1,25 @@
 """Read a mesh file of any format we know."""
 
 import stat
+from collections.abc import Callable
 from pathlib import Path
 
-from taut.formats import general_reader
+from taut.formats.gltf_reader import read_glb, read_gltf
 from taut.formats.obj_reader import read_obj
+from taut.formats.off_reader import read_off
+from taut.formats.ply_reader import read_ply
 from taut.formats.polygons import MeshError, Polygons
+from taut.formats.stl_reader import read_stl
 
-MESH_EXTENSIONS = ("obj", *general_reader.EXTENSIONS)
+_READERS: dict[str, Callable[[str, bytes], Polygons]] = {
+    "ply": read_ply,
+    "stl": read_stl,
+    "off": read_off,
+    "glb": read_glb,
+    "gltf": read_gltf,
+}
+
+MESH_EXTENSIONS = ("obj", *_READERS)
 """File name extensions that :func:`read_mesh` can read."""
 
 LARGEST_FILE = 1 << 30
@@ -38,8 +50,6 @@ def read_mesh(path: str | Path) -> Polygons:
             raise MeshError(f"{path}: is too large ({size}); the limit is {LARGEST_FILE / 1e9:.1f} GB")
         if status.st_size == 0:
             raise MeshError(f"{path}: is empty")
-        if extension == "obj":
-            return read_obj(path)
-        return general_reader.read_general(path, path.read_bytes())
+        return read_obj(path) if extension == "obj" else _READERS[extension](str(path), path.read_bytes())
     except OSError as error:
         raise MeshError(f"{path}: cannot be opened: {error.strerror or error}") from error

@@ -86,8 +86,8 @@ def check_arrays(name: str, mesh: tuple[ArrayLike, ArrayLike]) -> Mesh:
 def _array(value: ArrayLike, where: str) -> NDArray[Any]:
     try:
         return np.asarray(value)
-    except (TypeError, ValueError) as error:
-        raise SceneError(f"{where}: is no array of numbers ({error})") from None
+    except (TypeError, ValueError):
+        raise SceneError(f"{where}: is no array of numbers; must be one, its rows equally long") from None
 
 
 def _kind(array: NDArray[Any]) -> str:

@@ -22,8 +22,8 @@ def check_path(where: str, path: ArrayLike) -> NDArray[np.float64]:
     """
     try:
         array = np.asarray(path)
-    except (TypeError, ValueError) as error:
-        raise SceneError(f"{where}: is no array of numbers ({error})") from None
+    except (TypeError, ValueError):
+        raise SceneError(f"{where}: is no array of numbers; must be one, its rows equally long") from None
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype.kind not in "fiu":
         raise SceneError(
             f"{where}: has shape {array.shape} and type {array.dtype}; "
@@ -74,8 +74,11 @@ def _read(path: Path, where: str, document: Mapping[str, Any]) -> FollowedPath:
     if path.suffix.lower() != ".npy":
         raise SceneError(f"{where}: must be an .npy or .pc2 file")
     try:
-        return check_path(where, np.load(path, allow_pickle=False)), None
-    except (OSError, ValueError, EOFError) as error:
-        if isinstance(error, SceneError):
-            raise
-        raise SceneError(f"{where}: cannot be read: {error}") from None
+        places = np.load(path, allow_pickle=False)
+    except OSError as error:
+        raise SceneError(f"{where}: cannot be opened: {error.strerror or 'it cannot be read'}") from None
+    except Exception:  # NumPy raises nearly everything on damaged files
+        raise SceneError(
+            f"{where}: is cut short, damaged, or holds objects; write it again with numpy.save"
+        ) from None
+    return check_path(where, places), None
