@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from attack.leaks import leak
 from taut import Scene, SceneError, Simulation, SimulationError, _taut
 
 TIP = 34
@@ -294,7 +295,14 @@ def test_pins_follow_an_array(scene: dict[str, Any], kind: str, tmp_path: Path) 
     [
         ("path.npy", None, "there is no file"),
         ("path.txt", b"1 2 3", "must be an .npy or .pc2 file"),
-        ("path.npy", b"nonsense", "cannot be read"),
+        ("path.npy", b"nonsense", "is cut short, damaged, or holds objects; write it again"),
+        ("path.npy", b"\x93NUMPY\x01\x00v\x00{'descr': '<f8'", "is cut short, damaged, or holds objects"),
+        (
+            "path.npy",
+            np.full((3, 5, 3), 1e300),
+            r"has \[1e300, .*\] at \[0, 0\]; .* within 1e9 m of the origin",
+        ),
+        ("path.npy", np.full((3, 5, 3), np.nan), r"has \[NaN, .*finite numbers"),
         ("path.pc2", b"nonsense", "is not a PC2 file"),
         ("path.npy", np.zeros((3, 5)), r"has shape \(3, 5\)"),
         ("path.npy", np.zeros((3, 4, 3)), "places of 4 vertices, the pin holds 5"),
@@ -312,6 +320,7 @@ def test_paths_that_cannot_be_followed_are_refused(
     with pytest.raises(SceneError, match=words) as caught:
         Simulation(Scene(scene, folder=tmp_path))
     assert f"cloth[0].pins[0].follow = {name!r}" in str(caught.value).replace('"', "'")
+    assert leak(caught.value) is None
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,8 @@ def check_path(where: str, path: ArrayLike) -> NDArray[np.float64]:
             f"{where}: has shape {array.shape} and type {array.dtype}; "
             "must be numbers of shape (frames, pinned vertices, 3)"
         )
-    return np.ascontiguousarray(array, np.float64)
+    with np.errstate(invalid="ignore"):  # what is not finite is refused later
+        return np.ascontiguousarray(array, np.float64)
 
 
 def read_paths(

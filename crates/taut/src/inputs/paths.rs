@@ -11,6 +11,8 @@ use crate::scene::{Scene, SceneError};
 
 /// At the start a pin is where the cloth is but for this part of the cloth's size [1].
 const NEAR: f64 = 1e-3;
+/// Places beyond this are refused [m]: single precision tells them 64 m apart.
+const FARTHEST: f64 = 1e9;
 
 /// Where some vertices are in every frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,8 +106,12 @@ fn check(model: &Model, group: usize, array: &Followed) -> Result<(), String> {
     if rate.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
         return Err("has no frames per second above 0".to_owned());
     }
-    if let Some(place) = places.iter().position(|place| !place.is_finite()) {
-        return Err(format!("is not finite at [{}, {}]; all places must be finite numbers", place / vertices, place % vertices));
+    if let Some(place) = places.iter().position(|place| !(place.is_finite() && place.abs().max_element() <= FARTHEST)) {
+        let (frame, vertex) = (place / vertices, place % vertices);
+        return Err(format!(
+            "has {:?} at [{frame}, {vertex}]; all places must be finite numbers within {FARTHEST:e} m of the origin",
+            places[place].to_array()
+        ));
     }
     let cloth = &model.cloths[pins.cloth];
     let rest = cloth.particles().map(|particle| model.particles.rest.get(particle).as_dvec3());
@@ -115,8 +121,10 @@ fn check(model: &Model, group: usize, array: &Followed) -> Result<(), String> {
         if place.distance(home) > NEAR * low.distance(high) {
             let vertex = model.numbering.vertex(pins.particles[index]) as usize - cloth.first;
             return Err(format!(
-                "has vertex {vertex} at {place} in its first frame, but the cloth has it at {home}; at time 0 a pin is where the \
-                 cloth is: begin with the cloth's own places"
+                "has vertex {vertex} at {:?} in its first frame, but the cloth has it at {:?}; at time 0 a pin is where the \
+                 cloth is: begin with the cloth's own places",
+                place.to_array(),
+                home.to_array()
             ));
         }
     }
