@@ -85,7 +85,14 @@ def resolve_scene(document: str) -> tuple[str, list[str]]:
     """
 
 def simd_lanes() -> int:
-    """Numbers of single precision in a vector register here: 16 (AVX-512), 8 (AVX2), 4 (NEON) or 1."""
+    """Numbers of single precision in the vector registers used: 16 (AVX-512), 8 (AVX2), 4 (NEON) or 1.
+
+    They are the widest of the processor, unless the environment variable ``TAUT_SIMD`` names others when the
+    first engine is made: ``baseline``, ``neon``, ``avx2`` or ``avx512``. Results do not depend on it.
+
+    Raises:
+        SceneError: it names none that there are, or none that the processor has.
+    """
 
 def state_hash(
     positions: NDArray[np.float32],
@@ -111,7 +118,7 @@ class Engine:
             and its frames per second; ``None``: those of the scene.
 
     Raises:
-        SceneError: the scene or a mesh cannot be simulated.
+        SceneError: the scene or a mesh cannot be simulated; or see :func:`simd_lanes`.
     """
 
     def __new__(

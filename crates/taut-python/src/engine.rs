@@ -18,7 +18,7 @@ use crate::checks::{below, duration, movable, scene_with, workers};
 use crate::report::report;
 use crate::running::{Guarded, Running};
 use crate::turns::{Turns, or_error};
-use crate::{SimulationError, arrays, pools, scene_error, yardstick};
+use crate::{SimulationError, arrays, pools, registers, scene_error, yardstick};
 
 /// See `_taut.pyi` for the documentation of the members.
 #[pyclass(frozen, module = "taut._taut")]
@@ -93,6 +93,7 @@ impl Engine {
         paths: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let (meshes, followed) = (arrays::meshes(meshes)?, arrays::followed(paths)?);
+        registers::chosen()?;
         // With Python's lock held: no fork may come while threads are started.
         let pool = pools::shared(workers(threads)?);
         py.detach(|| {

@@ -5,6 +5,7 @@ mod checks;
 mod engine;
 mod memory;
 mod pools;
+mod registers;
 mod report;
 mod running;
 mod turns;
@@ -34,8 +35,9 @@ fn resolve_scene(document: &str) -> PyResult<(String, Vec<String>)> {
 }
 
 #[pyfunction]
-fn simd_lanes() -> usize {
-    taut::geometry::lanes()
+fn simd_lanes() -> PyResult<usize> {
+    registers::chosen()?;
+    Ok(taut::geometry::lanes())
 }
 
 #[global_allocator]

@@ -7,8 +7,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use pulp::{Arch, Simd, WithSimd};
-use taut::geometry::Vectors;
+use pulp::{Simd, WithSimd};
+use taut::geometry::{Vectors, arch};
 use taut::model::{Adjacency, Model};
 
 /// A spring as one of its ends sees it; the other end is `offset` particles further on.
@@ -35,7 +35,7 @@ pub fn measure(model: &Model, positions: &Vectors, repeats: usize) -> (Vec<f64>,
     let mut pass = || {
         let start = Instant::now();
         for run in &runs {
-            Arch::new().dispatch(OfRun { run, positions: black_box(positions), forces: &mut forces });
+            arch().dispatch(OfRun { run, positions: black_box(positions), forces: &mut forces });
         }
         for &particle in &alone {
             gather(arms.of(particle), positions, particle, &mut forces);

@@ -2,7 +2,8 @@
 //!
 //! A [`scene::Scene`] becomes a [`model::Model`] and its first [`inputs`] ([`prepare`]); [`schedule`] plans a step; [`forces`] make the integrator propose velocities; velocity filters
 //! ([`filter`]) make them admissible; positions advance ([`integrate`]); [`health`] tells how it went. [`step::step`]
-//! is that sentence in code. The engine knows no files, clocks, randomness, globals or printing.
+//! is that sentence in code. The engine knows no files, clocks, randomness or printing, and no globals but
+//! the kind of vector registers ([`geometry::choose`]).
 //!
 //! Mathematics and sources: `docs/equations.md`.
 

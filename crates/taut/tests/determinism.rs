@@ -6,10 +6,11 @@ mod common;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::collections::BTreeMap;
+use std::process::Command;
 
 use common::{Built, Simulation, build, crooked, goldens};
 use serde_json::{Value, json};
-use taut::geometry::CHUNK;
+use taut::geometry::{CHUNK, Registers};
 
 /// Counts the allocations of the current thread.
 struct Counting;
@@ -211,6 +212,26 @@ fn nor_do_they_with_meshes_networks_and_all_together() {
         found.push((format!("{name}, {filter}"), hashes[0]));
     }
     goldens::check(&found);
+}
+
+/// Every golden once more, with each kind of registers that this processor has; they are chosen once a process.
+#[test]
+fn the_width_of_registers_changes_no_bit() {
+    let tests = ["the_same_bits_as_ever", "nor_do_they_with_meshes_networks_and_all_together"];
+    let this = std::env::current_exe().expect("a file");
+    let kinds: Vec<Registers> = Registers::here().collect();
+    let runs = kinds.iter().map(|registers| {
+        Command::new(&this).args(tests).arg("--exact").env("TAUT_SIMD", registers.word()).env_remove("TAUT_GOLDENS").output()
+    });
+    for (registers, run) in kinds.iter().zip(runs) {
+        let run = run.expect("it starts");
+        let told = String::from_utf8_lossy(&run.stdout);
+        assert!(
+            run.status.success() && told.contains("2 passed"),
+            "{registers:?}: {told}{}",
+            String::from_utf8_lossy(&run.stderr)
+        );
+    }
 }
 
 #[test]

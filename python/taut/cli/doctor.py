@@ -10,14 +10,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from taut.cli.console import FAILED
+from taut.cli.console import FAILED, expected_errors
 
 
 def command(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
     """Say what this machine has for taut, and what to do about what it lacks (exit status 1)."""
     from taut.doctor import examine
 
-    findings = examine(Path.cwd())
+    with expected_errors():
+        findings = examine(Path.cwd())
     if as_json:
         typer.echo(json.dumps([asdict(finding) for finding in findings], indent=2))
     else:

@@ -11,9 +11,9 @@ mod stiffness;
 mod wind;
 
 use glam::Vec3;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
-use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk};
+use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk, arch};
 use crate::model::{ClothRange, Model};
 use crate::schedule::Stride;
 use crate::state::{Moment, State};
@@ -85,7 +85,7 @@ fn gravity_and_drag(stride: Stride<'_>, gravity: Vec3, velocities: &Vectors, chu
     ];
     for (acceleration, velocities, gravity) in columns {
         let velocities = &velocities[run.clone()];
-        Arch::new().dispatch(GravityAndDrag { acceleration, velocities, drag, weights, gravity, step });
+        arch().dispatch(GravityAndDrag { acceleration, velocities, drag, weights, gravity, step });
     }
 }
 

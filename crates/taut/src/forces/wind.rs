@@ -8,9 +8,9 @@
 use std::ops::Range;
 
 use glam::{DVec3, Vec3, Vec4};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
-use crate::geometry::{Pool, Vectors, VectorsChunk, for_each_chunk, sine_of_turns};
+use crate::geometry::{Pool, Vectors, VectorsChunk, arch, for_each_chunk, sine_of_turns};
 use crate::inputs::{Air, OCTAVES, Wave};
 use crate::model::{Model, Panels, Resistance};
 use crate::scene::{WindLaw, WindModel};
@@ -67,7 +67,7 @@ impl Wind {
         }
         let mut panels = std::mem::take(&mut self.panels);
         for_each_chunk(&mut panels, pool, |first, shares| {
-            Arch::new().dispatch(OfPanels { stride, air, positions: moment.positions, wind: self, first, shares });
+            arch().dispatch(OfPanels { stride, air, positions: moment.positions, wind: self, first, shares });
         });
         self.panels = panels;
     }
@@ -75,7 +75,7 @@ impl Wind {
     /// Second pass: adds what the wind does to some particles, F_W / M [m/s^2].
     pub(super) fn accelerate(&self, stride: Stride<'_>, chunk: &mut VectorsChunk<'_>) {
         if let Some(air) = &stride.inputs.air {
-            Arch::new().dispatch(OnParticles { stride, air, wind: self, chunk });
+            arch().dispatch(OnParticles { stride, air, wind: self, chunk });
         }
     }
 
@@ -209,7 +209,7 @@ fn relative_velocity(chunk: &mut VectorsChunk<'_>, air: &Air, gusts: Gusts<'_>, 
     for (out, velocity, mean) in [(&mut *out_x, u, mean.x), (&mut *out_y, v, mean.y), (&mut *out_z, w, mean.z)] {
         out.iter_mut().zip(velocity).for_each(|(out, velocity)| *out = velocity - mean);
     }
-    Arch::new().dispatch(TakeAir { air, gusts, origin, x, y, z, out: [out_x, out_y, out_z] });
+    arch().dispatch(TakeAir { air, gusts, origin, x, y, z, out: [out_x, out_y, out_z] });
 }
 
 /// V_rel -= V of the gusts and the flows.

@@ -13,7 +13,7 @@ mod vectors;
 pub use functions::{cbrt, exp2, hypot, power, turn};
 pub use parallel::{CHUNK, Pool, for_each_chunk, for_each_two_chunks, sum_of_chunks, sum_over_chunks};
 pub use quads::{by_axis, by_vector, differences, fill_quads, roots};
-pub use registers::lanes;
+pub use registers::{Registers, RegistersError, arch, choose, lanes};
 pub use rows::{Block, LINE, Rows, fill_column, register, registers, set_registers};
 pub use rsqrt::{reciprocal_sqrt, reciprocal_sqrts};
 pub use sine::sine_of_turns;

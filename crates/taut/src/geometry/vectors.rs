@@ -4,9 +4,10 @@ use std::marker::PhantomData;
 use std::ops::Range;
 
 use glam::Vec3;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
+use super::arch;
 use super::parallel::{CHUNK, Pool};
 
 /// Many 3-vectors, stored as an array of each coordinate.
@@ -167,7 +168,7 @@ impl Vectors {
             let run = chunk.first..chunk.first + chunk.x.len();
             let columns = [(chunk.x, &base.x, &change.x), (chunk.y, &base.y, &change.y), (chunk.z, &base.z, &change.z)];
             for (column, base, change) in columns {
-                Arch::new().dispatch(SetScaled { column, base: &base[run.clone()], change: &change[run.clone()], factor });
+                arch().dispatch(SetScaled { column, base: &base[run.clone()], change: &change[run.clone()], factor });
             }
         });
     }
@@ -177,7 +178,7 @@ impl Vectors {
         self.for_each_chunk_of(range, pool, |chunk| {
             let run = chunk.first..chunk.first + chunk.x.len();
             for (column, change) in [(chunk.x, &change.x), (chunk.y, &change.y), (chunk.z, &change.z)] {
-                Arch::new().dispatch(AddScaled { column, change: &change[run.clone()], factor });
+                arch().dispatch(AddScaled { column, change: &change[run.clone()], factor });
             }
         });
     }
@@ -185,7 +186,7 @@ impl Vectors {
     /// The largest coordinate of some vectors, whatever its sign; what is not a number does not count.
     #[must_use]
     pub fn reach(&self, range: Range<usize>, pool: &Pool) -> f32 {
-        let largest = |run: &[f32]| Arch::new().dispatch(Largest(run));
+        let largest = |run: &[f32]| arch().dispatch(Largest(run));
         let of = |column: &Vec<f32>| {
             let run = &column[range.clone()];
             if pool.pays_for(run.len()) {

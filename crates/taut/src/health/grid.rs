@@ -3,9 +3,9 @@
 
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
-use crate::geometry::Vectors;
+use crate::geometry::{Vectors, arch};
 use crate::model::{ClothRange, Lattice, Model};
 
 /// Rows that are examined together.
@@ -84,7 +84,7 @@ impl GridSprings {
     /// Examines a band.
     pub fn examine(&self, model: &Model, positions: &Vectors, band: &mut Band) {
         let (lattice, rows) = (&model.lattices[self.lattice], band.rows.clone());
-        (band.worst, band.elastic) = Arch::new().dispatch(Rows { springs: self, lattice, positions, rows });
+        (band.worst, band.elastic) = arch().dispatch(Rows { springs: self, lattice, positions, rows });
     }
 
     /// The first spring that made a band's worst what it is.

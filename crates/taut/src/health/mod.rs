@@ -5,12 +5,12 @@ mod grid;
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::filter::Limited;
 use crate::forces::{bending_energy, curved_energy, elastic_energy};
-use crate::geometry::{CHUNK, Pool, Vectors};
+use crate::geometry::{CHUNK, Pool, Vectors, arch};
 use crate::inputs::Inputs;
 use crate::model::{ClothRange, Model};
 use crate::state::{State, longest_of, measure_squares};
@@ -57,7 +57,7 @@ pub struct StateReport {
 
 /// A velocity that is not finite has made its position so in the same step.
 fn all_finite(positions: &Vectors, pool: &Pool) -> bool {
-    let finite = |run: &[f32]| Arch::new().dispatch(AllFinite(run));
+    let finite = |run: &[f32]| arch().dispatch(AllFinite(run));
     [&positions.x, &positions.y, &positions.z]
         .into_iter()
         .all(|column| if pool.pays_for(column.len()) { column.par_chunks(4 * CHUNK).all(finite) } else { finite(column) })
@@ -204,7 +204,7 @@ fn springs_of(run: Range<usize>, model: &Model, state: &State, energies: bool) -
     let limited = run.end.min(springs.type1).saturating_sub(run.start);
     let (worst, place) = longest_of(&squares[..limited], &springs.rest[run.start..][..limited]).unwrap_or_default();
     let (stiffness, rest) = (&springs.stiffness[run.clone()], &springs.rest[run.clone()]);
-    let elastic = if energies { Arch::new().dispatch(Elastic { squares, stiffness, rest }) } else { 0.0 };
+    let elastic = if energies { arch().dispatch(Elastic { squares, stiffness, rest }) } else { 0.0 };
     SpringPart { worst, spring: (run.start + place) as u32, elastic }
 }
 
@@ -240,7 +240,7 @@ fn particles_of(chunk: usize, model: &Model, state: &State, gravity: Vec3) -> Pa
     let finite = |particle: &usize| {
         [&state.positions, &state.velocities, state.of_motion()].iter().all(|of| of.get(*particle).is_finite())
     };
-    let mut part = Arch::new().dispatch(Energies { model, state, gravity, run: run.clone() });
+    let mut part = arch().dispatch(Energies { model, state, gravity, run: run.clone() });
     if !part.kinetic.is_finite() || !part.potential.is_finite() {
         part.non_finite = run.clone().find(|particle| !finite(particle)).map(|particle| particle as u32);
     }

@@ -7,9 +7,9 @@
 //! (docs/equations.md, "Velocities of the motion").
 
 use glam::{DVec3, Vec3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{Pool, Vectors, arch};
 use crate::model::{ClothRange, Model};
 use crate::scene::IntegratorKind;
 use crate::schedule::Stride;
@@ -61,7 +61,7 @@ impl Motion {
                         column.copy_from_slice(after[axis]);
                     } else {
                         let (starts, ends, after) = (starts[axis], ends[axis], after[axis]);
-                        Arch::new().dispatch(Tell { column, starts, ends, after, step });
+                        arch().dispatch(Tell { column, starts, ends, after, step });
                     }
                 }
             });

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use crate::geometry::{CHUNK, Pool, Vectors};
+use crate::geometry::{CHUNK, Pool, Vectors, arch};
 use crate::model::{ClothRange, Lattice, Model};
 
 /// What the type 1 springs of a cloth say.
@@ -26,9 +26,7 @@ pub fn measure(model: &Model, cloth: &ClothRange, positions: &Vectors, pool: &Po
     let (over, square) = match cloth.lattice {
         Some(lattice) => {
             let lattice = &model.lattices[lattice];
-            worst_of(lattice.rows, BAND, pool.pays_for(cloth.count), |rows| {
-                Arch::new().dispatch(OfRows { lattice, rows, positions })
-            })
+            worst_of(lattice.rows, BAND, pool.pays_for(cloth.count), |rows| arch().dispatch(OfRows { lattice, rows, positions }))
         }
         None => worst_of(cloth.springs.len(), CHUNK, pool.pays_for(cloth.springs.len()), |run| {
             let springs = cloth.springs.start + run.start..cloth.springs.start + run.end;
@@ -36,7 +34,7 @@ pub fn measure(model: &Model, cloth: &ClothRange, positions: &Vectors, pool: &Po
             let squares = &mut squares[..springs.len()];
             measure_squares(model, springs.clone(), positions, squares);
             let (rest, strain_limit) = (&model.springs.rest[springs.clone()], &model.springs.strain_limit[springs]);
-            Arch::new().dispatch(OverLimit { squares, rest, strain_limit })
+            arch().dispatch(OverLimit { squares, rest, strain_limit })
         }),
     };
     Stretch { over, worst: square.sqrt() }
@@ -73,7 +71,7 @@ pub fn measure_squares(model: &Model, springs: Range<usize>, positions: &Vectors
 /// The largest ratio of squares to those of lengths at rest, and its place; none if none is larger than 0.
 #[must_use]
 pub fn longest_of(squares: &[f32], rest: &[f32]) -> Option<(f32, usize)> {
-    let worst = Arch::new().dispatch(LargestRatio { squares, rest });
+    let worst = arch().dispatch(LargestRatio { squares, rest });
     let place = |ratio: f32| squares.iter().zip(rest).position(|(square, rest)| square / (rest * rest) == ratio);
     Some(worst).filter(|worst| *worst > 0.0).and_then(|worst| Some((worst, place(worst)?)))
 }

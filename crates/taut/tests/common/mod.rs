@@ -10,7 +10,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use taut::advance::{Failure, Summary, advance};
 use taut::forces::{Forces, external};
-use taut::geometry::{Pool, Vectors};
+use taut::geometry::{self, Pool, Vectors};
 use taut::inputs::Inputs;
 use taut::model::{MeshData, Model};
 use taut::prepare::{Prepared, prepare};
@@ -55,6 +55,9 @@ impl Built {
 }
 
 pub fn build(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Built, SceneError> {
+    if let Ok(registers) = std::env::var("TAUT_SIMD") {
+        geometry::choose(&registers).expect("registers of this processor");
+    }
     let Prepared { model, inputs, schedule } = prepare(scene, meshes, &BTreeMap::new())?;
     Ok(Built { model, inputs, schedule })
 }

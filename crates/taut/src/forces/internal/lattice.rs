@@ -5,12 +5,12 @@
 
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::Impulse;
 use super::law::Law;
 use super::row::{RowConstants, Sums, Three, springs_of_row};
-use crate::geometry::{Block, LINE, Pool, Rows, Vectors, VectorsChunk, fill_column, registers, set_registers};
+use crate::geometry::{Block, LINE, Pool, Rows, Vectors, VectorsChunk, arch, fill_column, registers, set_registers};
 use crate::model::{Lattice, Model};
 
 /// Rows in a band.
@@ -41,7 +41,7 @@ pub(super) fn apply<L: Law>(law: L, impulse: Impulse<'_>, model: &Model, lattice
     let Workspace { constants, bands } = work;
     out.for_each_band(particles, BAND * lattice.columns, bands, pool, |out, rows| {
         let factors = [keep, add, scale];
-        Arch::new().dispatch(Band { law, lattice, constants, field, other, weights, out, factors, rows });
+        arch().dispatch(Band { law, lattice, constants, field, other, weights, out, factors, rows });
     });
 }
 

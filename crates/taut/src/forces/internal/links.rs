@@ -6,11 +6,11 @@
 use std::ops::Range;
 
 use glam::{Vec4, Vec4Swizzles};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::Impulse;
 use super::law::Law;
-use crate::geometry::{CHUNK, Pool, by_vector, differences, fill_quads};
+use crate::geometry::{CHUNK, Pool, arch, by_vector, differences, fill_quads};
 use crate::model::{ClothRange, Link, Model, SpringRun};
 
 /// Forces on a particle are added one after the other, so springs of the same particle should not come in a row: within so many.
@@ -94,7 +94,7 @@ pub(super) fn apply<L: Law>(law: L, impulse: Impulse<'_>, model: &Model, cloth: 
     fill_quads(field, from, cloth.first, pool);
     out.for_each_band(cloth.particles(), CHUNK, chunks, pool, |out, Chunk { fours, sums }| {
         let first = out.first;
-        Arch::new().dispatch(AddUp { law, field, fours, sums });
+        arch().dispatch(AddUp { law, field, fours, sums });
         out.map(|particle, value| {
             let force = sums[particle - first].xyz();
             value * keep + other.get(particle) * add + force * (scale * model.particles.inverse_mass[particle])

@@ -1,10 +1,10 @@
 //! Meshes: the levels of their hierarchy.
 
 use glam::{Vec4, Vec4Swizzles};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::{Levels, Shares};
-use crate::geometry::{Pool, Vectors, VectorsChunk, fill_quads, for_each_chunk};
+use crate::geometry::{Pool, Vectors, VectorsChunk, arch, fill_quads, for_each_chunk};
 use crate::model::{Adjacency, ClothRange, Hierarchy, Parents};
 
 /// The levels of a cloth above the cloth itself.
@@ -64,7 +64,7 @@ impl Levels for GeneralLevels {
             let (finer, here) = coarse.split_at_mut(index);
             let Level { field, children, .. } = &mut here[0];
             let finer = finer.last().map_or(&*own, |level| &level.field);
-            for_each_chunk(field, pool, |first, sums| Arch::new().dispatch(Restrict { sums, first, children, finer }));
+            for_each_chunk(field, pool, |first, sums| arch().dispatch(Restrict { sums, first, children, finer }));
         }
         for index in (0..coarse.len()).rev() {
             let (here, coarser) = coarse.split_at_mut(index + 1);
@@ -78,7 +78,7 @@ impl Levels for GeneralLevels {
             });
         }
         velocities.for_each_chunk_of(cloth.particles(), pool, |velocities| {
-            Arch::new().dispatch(Add { velocities, first, own, share: shares[0], coarse: coarse.first() });
+            arch().dispatch(Add { velocities, first, own, share: shares[0], coarse: coarse.first() });
         });
     }
 }

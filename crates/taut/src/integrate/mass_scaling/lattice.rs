@@ -1,9 +1,9 @@
 //! A regular grid: levels of stride 1, 2, 4 ..
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::{Levels, Shares};
-use crate::geometry::{Pool, Vectors, VectorsChunk};
+use crate::geometry::{Pool, Vectors, VectorsChunk, arch};
 use crate::model::coarse_grid::{carry, coarsened, parents};
 use crate::model::{ClothRange, Lattice, Model};
 
@@ -69,7 +69,7 @@ impl Levels for LatticeLevels {
             let Grid { columns, rows, field, .. } = &mut grids[0];
             let columns = *columns;
             field.for_each_band(0..columns * *rows, BAND * columns, scratch, pool, |out, row| {
-                Arch::new().dispatch(Restrict { fine: &fine, out, columns, row });
+                arch().dispatch(Restrict { fine: &fine, out, columns, row });
             });
         }
         for index in (0..levels).rev() {
@@ -81,12 +81,12 @@ impl Levels for LatticeLevels {
             field.for_each_chunk(pool, |VectorsChunk { first, x, y, z }| {
                 let weights = &weights[first..first + x.len()];
                 for column in [x, y, z] {
-                    Arch::new().dispatch(Weigh { column, share, weights });
+                    arch().dispatch(Weigh { column, share, weights });
                 }
             });
             if let Some(coarser) = coarser {
                 field.for_each_band(0..columns * rows, BAND * columns, scratch, pool, |out, row| {
-                    Arch::new().dispatch(Prolong { out, first: 0, columns, rows, coarser, row });
+                    arch().dispatch(Prolong { out, first: 0, columns, rows, coarser, row });
                 });
             }
         }
@@ -94,7 +94,7 @@ impl Levels for LatticeLevels {
         if let Some(coarser) = coarse.first().filter(|_| levels > 0) {
             let (first, columns, rows) = (*first, *columns, *rows);
             velocities.for_each_band(particles, BAND * columns, scratch, pool, |out, row| {
-                Arch::new().dispatch(Prolong { out, first, columns, rows, coarser, row });
+                arch().dispatch(Prolong { out, first, columns, rows, coarser, row });
             });
         }
     }

@@ -6,9 +6,9 @@
 //! least kinetic energy, and never more than all of it. A single part for the whole cloth: momentum stays what it is.
 
 use glam::Vec3;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
-use crate::geometry::{Pool, Vectors, sum_of_chunks};
+use crate::geometry::{Pool, Vectors, arch, sum_of_chunks};
 use crate::model::ClothRange;
 use crate::schedule::Stride;
 
@@ -41,7 +41,7 @@ pub(super) fn rate(
         let masses = &model.particles.mass[run.clone()];
         let products = columns.map(|(velocities, corrections, frame)| {
             let (velocities, corrections) = (&velocities[run.clone()], &corrections[run.clone()]);
-            Arch::new().dispatch(Products { velocities, corrections, masses, frame })
+            arch().dispatch(Products { velocities, corrections, masses, frame })
         });
         [0, 1].map(|which| products.iter().map(|sums| sums[which]).sum())
     });

@@ -1,9 +1,9 @@
 //! The displacements of a cloth's particles in one step, in whatever order its levels keep them.
 
 use glam::{DVec3, Vec3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
-use crate::geometry::{Pool, Vectors, sum_of_chunks};
+use crate::geometry::{Pool, Vectors, arch, sum_of_chunks};
 
 /// Displacements and inverse masses; what has no inverse mass is held, or is no particle at all.
 pub(super) struct Motion<'a> {
@@ -25,7 +25,7 @@ impl Motion<'_> {
         let Vectors { x, y, z } = &*self.d;
         let [sum] = sum_of_chunks(self.weights.len(), parts, pool, |run| {
             let d = [x, y, z].map(|column| &column[run.clone()]);
-            [Arch::new().dispatch(Energy { d, weights: &self.weights[run], frame })]
+            [arch().dispatch(Energy { d, weights: &self.weights[run], frame })]
         });
         sum
     }

@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use glam::{Vec4, Vec4Swizzles};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::super::Measure;
 use super::tiles::TILE;
-use crate::geometry::{Pool, by_axis, by_vector, differences, for_each_chunk, for_each_two_chunks, roots};
+use crate::geometry::{Pool, arch, by_axis, by_vector, differences, for_each_chunk, for_each_two_chunks, roots};
 use crate::model::Parents;
 
 /// How many springs are looked at together.
@@ -101,7 +101,7 @@ impl Level {
             let each = |(index, (d, moved)): (usize, (&mut [Vec4], &mut [bool]))| {
                 let first = (2 * index + phase) * tiles;
                 let tiles = first..(first + tiles).min(starts.len() - 1);
-                Arch::new().dispatch(Sweep { d, moved, first, tiles, bundles, starts, spans, pull, backwards, only });
+                arch().dispatch(Sweep { d, moved, first, tiles, bundles, starts, spans, pull, backwards, only });
             };
             if in_parallel {
                 d.par_chunks_mut(2 * block).zip(moved.par_chunks_mut(2 * tiles)).enumerate().for_each(each);
@@ -113,7 +113,7 @@ impl Level {
 
     /// What the springs of a tile are against `enough` of their limits.
     pub fn measure(&self, tile: usize, enough: f32) -> Measure {
-        Arch::new().dispatch(Measured { d: &self.d, bundles: self.bundles_of(tile), enough })
+        arch().dispatch(Measured { d: &self.d, bundles: self.bundles_of(tile), enough })
     }
 
     /// The springs that begin in a tile.
@@ -142,7 +142,7 @@ impl Level {
         });
         let (parents, gains) = (&self.parents, &coarse.before);
         for_each_chunk(&mut self.d, pool, |start, d| {
-            Arch::new().dispatch(Follow { parents: &parents[start..start + d.len()], d, gains });
+            arch().dispatch(Follow { parents: &parents[start..start + d.len()], d, gains });
         });
     }
 }

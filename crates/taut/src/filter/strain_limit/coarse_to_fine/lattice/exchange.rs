@@ -1,9 +1,9 @@
 //! Between the state, whose rows have their columns in order, and the finest level, which keeps even and odd ones apart.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::level::Level;
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{Pool, Vectors, arch};
 
 /// Rows that are exchanged together.
 const BAND: usize = 32;
@@ -22,14 +22,14 @@ pub(super) fn load(level: &mut Level, d: &mut Vectors, first: usize, middle: usi
             (&starts.z, &ends.z, origin.z, x.z, d.z),
         ];
         for (from, to, origin, x, d) in fields {
-            Arch::new().dispatch(Load { columns, row_length, from: &from[first..], to: &to[first..], origin, x, d });
+            arch().dispatch(Load { columns, row_length, from: &from[first..], to: &to[first..], origin, x, d });
         }
     });
     let (x, d) = (&level.x, &*d);
     level.p.for_each_chunk(pool, |p| {
         let run = p.first..p.first + p.x.len();
         for (p, x, d) in [(p.x, &x.x, &d.x), (p.y, &x.y, &d.y), (p.z, &x.z, &d.z)] {
-            Arch::new().dispatch(Sum { p, x: &x[run.clone()], d: &d[run.clone()] });
+            arch().dispatch(Sum { p, x: &x[run.clone()], d: &d[run.clone()] });
         }
     });
 }
@@ -105,7 +105,7 @@ pub(super) fn store(
         ];
         for (starts, d, ends, corrections) in fields {
             let starts = &starts[here.clone()];
-            Arch::new().dispatch(Store { columns, row_length, starts, d: &d[begin..], ends, corrections });
+            arch().dispatch(Store { columns, row_length, starts, d: &d[begin..], ends, corrections });
         }
     });
 }

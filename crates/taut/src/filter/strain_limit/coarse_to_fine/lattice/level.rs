@@ -10,12 +10,12 @@ use std::iter::repeat_n;
 use std::ops::Range;
 
 use glam::Vec3;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::super::Measure;
 use super::kernels::{BLOCK, End, Limits, Pull, project, worst};
 use super::tiles::{Tile, Tiles};
-use crate::geometry::{Pool, Vectors, VectorsChunk, hypot};
+use crate::geometry::{Pool, Vectors, VectorsChunk, arch, hypot};
 
 /// Rows in a band of a sweep.
 const BAND: usize = 16;
@@ -142,7 +142,7 @@ impl Level {
             let first = (phase * BAND * row_length).min(p.len());
             p.for_each_part(first..p.len(), 2 * BAND * row_length, pool, |p| {
                 let begin = p.first / row_length;
-                Arch::new().dispatch(SweepBand {
+                arch().dispatch(SweepBand {
                     layout: &layout,
                     x,
                     p,
@@ -162,7 +162,7 @@ impl Level {
         let (layout, p) = (self.layout(), &self.p);
         tiles.measure(everywhere, pool.pays_for(self.size()), |rows, places, tile| {
             let rows = rows.start..rows.end.min(layout.rows);
-            Arch::new().dispatch(MeasureBand { layout: &layout, p, rows, places, enough, tile })
+            arch().dispatch(MeasureBand { layout: &layout, p, rows, places, enough, tile })
         })
     }
 

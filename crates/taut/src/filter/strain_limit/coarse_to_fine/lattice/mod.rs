@@ -7,10 +7,10 @@ mod tiles;
 mod transfer;
 
 use glam::Vec3;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::{Cycle, FINEST, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
-use crate::geometry::{Pool, Vectors, cbrt, hypot, power};
+use crate::geometry::{Pool, Vectors, arch, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
 use kernels::Pull;
@@ -216,7 +216,7 @@ impl Levels for LatticeLevels {
         self.d.for_each_chunk(pool, |d| {
             let run = d.first..d.first + d.x.len();
             for (d, x, p) in [(d.x, &x.x, &p.x), (d.y, &x.y, &p.y), (d.z, &x.z, &p.z)] {
-                Arch::new().dispatch(Settle { d, x: &x[run.clone()], p: &p[run.clone()] });
+                arch().dispatch(Settle { d, x: &x[run.clone()], p: &p[run.clone()] });
             }
         });
     }

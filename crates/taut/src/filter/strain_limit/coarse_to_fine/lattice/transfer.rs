@@ -3,10 +3,10 @@
 //! Coarse columns and rows are every second fine one, and the last. Going down, fields are sampled; coming back, what
 //! the coarse level added is interpolated linearly between its neighbours.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::level::Level;
-use crate::geometry::{Pool, Vectors, VectorsChunk};
+use crate::geometry::{Pool, Vectors, VectorsChunk, arch};
 
 /// How many coarse columns (or rows) `count` fine ones have.
 pub(super) fn coarsened(count: usize) -> usize {
@@ -59,7 +59,7 @@ fn sample(
             (&from.z, &previous.z, to.z, sampled.z),
         ];
         for (from, previous, to, sampled) in axes {
-            Arch::new().dispatch(Sample { fine, columns, row_length, first, from, previous, momentum, to, sampled });
+            arch().dispatch(Sample { fine, columns, row_length, first, from, previous, momentum, to, sampled });
         }
     });
 }
@@ -116,7 +116,7 @@ pub(super) fn prolong(fine: &mut Level, ahead: Option<Ahead<'_>>, coarse: &Level
     sampled.for_each_part(0..coarse.rows * row_length, BAND * row_length, pool, |sampled| {
         let first = sampled.first / row_length;
         for (now, gains) in [(&coarse.p.x, sampled.x), (&coarse.p.y, sampled.y), (&coarse.p.z, sampled.z)] {
-            Arch::new().dispatch(Gain { coarse, first, now, gains });
+            arch().dispatch(Gain { coarse, first, now, gains });
         }
     });
     let gains = &*sampled;
@@ -129,7 +129,7 @@ pub(super) fn prolong(fine: &mut Level, ahead: Option<Ahead<'_>>, coarse: &Level
         let first = p.first / row_length;
         let axes = [(&gains.x, p.x, previous.x), (&gains.y, p.y, previous.y), (&gains.z, p.z, previous.z)];
         for (gains, p, previous) in axes {
-            Arch::new().dispatch(Prolong { columns, rows, row_length, coarse, first, gains, p, previous, momentum });
+            arch().dispatch(Prolong { columns, rows, row_length, coarse, first, gains, p, previous, momentum });
         }
     };
     match ahead {
