@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures compare viewer-pictures wind work-precision local-correction drape docs gallery wheel clean
+.PHONY: setup demo test test-rust test-python lint bench targets peers schema figures compare viewer-pictures wind work-precision local-correction drape docs gallery wheel attack sanitize fuzz clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built
@@ -38,6 +38,18 @@ test-rust:
 
 test-python: setup
 	$(BIN)/pytest --quiet
+
+# Attacks taut at its promises (docs/reliability.md): MINUTES=60, SEED=1 for other cases, ONLY=whole for one of them.
+attack: setup
+	$(BIN)/python -m tests.attack --minutes $(or $(MINUTES),60) --seed $(or $(SEED),1) $(if $(ONLY),--only $(ONLY)) $(if $(WRITE),--write)
+
+# Miri and ThreadSanitizer over the engine's own tests, where a nightly compiler with both is there (docs/reliability.md).
+sanitize:
+	tools/sanitize.sh
+
+# Fuzzes the readers of the engine (fuzz/README.md): MINUTES=5 each.
+fuzz:
+	for target in scene model snapshot; do cargo +nightly fuzz run $$target -- -max_total_time=$$(( 60 * $(or $(MINUTES),5) )) || exit 1; done
 
 bench: setup
 	cargo bench --package taut
