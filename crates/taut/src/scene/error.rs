@@ -31,13 +31,26 @@ impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("scene")?;
         if !self.field.is_empty() {
-            write!(f, ".{}", self.field)?;
+            write!(f, ".{}", shown(&self.field, LONGEST))?;
         }
         if !self.value.is_empty() {
-            write!(f, " = {}", self.value)?;
+            write!(f, " = {}", shown(&self.value, LONGEST))?;
         }
-        write!(f, ": {}", self.problem)
+        write!(f, ": {}", shown(&self.problem, 10 * LONGEST))
     }
+}
+
+/// Letters of a name or value that fill a line; a path of fields is no longer.
+const LONGEST: usize = 120;
+
+/// Text from a file as a terminal may show it: codes for what it would obey, and an end.
+fn shown(text: &str, most: usize) -> String {
+    let visible = |letter: char| match letter {
+        '"' | '\'' | '\\' => letter.to_string(),
+        _ => letter.escape_debug().to_string(),
+    };
+    let end = if text.chars().nth(most).is_some() { "..." } else { "" };
+    text.chars().take(most).map(visible).collect::<String>() + end
 }
 
 impl std::error::Error for SceneError {}
