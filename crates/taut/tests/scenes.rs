@@ -86,7 +86,10 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
         ),
         (grid(|s| s["solver"]["\u{1b}[2Jfilter"] = json!("none")), &["scene.solver.\\u{1b}[2Jfilter: no such field"]),
         (grid(|s| s["solver"]["f".repeat(100_000)] = json!("none")), &["fff...: no such field; allowed: substeps"]),
-        (grid(|s| s["solver"]["filter"] = json!("n".repeat(100_000))), &["scene.solver.filter = \"nnn", "nnn...: unknown; allowed"]),
+        (
+            grid(|s| s["solver"]["filter"] = json!("n".repeat(100_000))),
+            &["scene.solver.filter = \"nnn", "nnn...: unknown; allowed"],
+        ),
         (curves(json!({ "tension": [[0, 0]] })), &["cloth[0].curves.tension: has 1 points; give 2 to 64"]),
         (curves(json!({ "tension": [[0, 0.1], [1, 2]] })), &["curves.tension[0] = [0, 0.1]: a curve begins at [0, 0]"]),
         (
