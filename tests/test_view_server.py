@@ -111,6 +111,18 @@ async def test_nothing_but_the_page_is_served(at: Viewing, session: aiohttp.Clie
 
 
 @served
+async def test_a_socket_without_an_origin_is_refused_however_it_asks(
+    at: Viewing, session: aiohttp.ClientSession
+) -> None:
+    for connection in ("Connection: Upgrade\r\n", "Connection:\r\nConnection: Upgrade\r\n", ""):
+        reader, writer = await asyncio.open_connection("127.0.0.1", at.port)
+        head = f"GET /socket HTTP/1.1\r\nHost: 127.0.0.1:{at.port}\r\nUpgrade: websocket\r\n{connection}"
+        writer.write(f"{head}Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {'A' * 22}==\r\n\r\n".encode())
+        assert (await reader.readline()).split()[1] == b"403", connection
+        writer.close()
+
+
+@served
 async def test_messages_without_sense_stop_nobody(at: Viewing, session: aiohttp.ClientSession) -> None:
     async with await opened(session, at) as page:
         for _ in range(10_000):

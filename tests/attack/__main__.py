@@ -51,7 +51,8 @@ def main() -> None:
 
 def again(path: Path) -> str | None:
     """What a case that was written fails with, or nothing."""
-    name = path.resolve().parent.name.rpartition("-")[0]
+    path = path.resolve()
+    name = path.parent.name.rpartition("-")[0]
     worker = Worker(name, path.with_suffix(".log"))
     outcome = worker.judge(case=from_json(path.read_text()))
     worker.stop()

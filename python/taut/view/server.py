@@ -183,7 +183,8 @@ async def only_from_here(
     requests. A socket must name an origin, for every browser does.
     """
     host, origin = request.headers.get("Host", ""), request.headers.get("Origin")
-    socket_asked = "upgrade" in request.headers.get("Connection", "").lower()
+    connection = " ".join(request.headers.getall("Connection", []))
+    socket_asked = request.path == "/socket" or "upgrade" in connection.lower()
     if _name(f"http://{host}") not in _HOSTS:
         raise web.HTTPForbidden(text="This viewer answers to 127.0.0.1 and localhost only.", headers=_SAFE)
     if (origin is None and socket_asked) or (origin is not None and origin != f"http://{host}"):
