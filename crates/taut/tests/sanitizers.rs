@@ -10,7 +10,7 @@ use common::{Simulation, build, chain_links, crooked, scene};
 use serde_json::{Value, json};
 
 const SMALL: bool = cfg!(miri);
-const CELLS: u32 = if SMALL { 5 } else { 66 };
+const CELLS: u32 = if SMALL { 3 } else { 66 };
 const STEPS: u64 = if SMALL { 1 } else { 4 };
 const THREADS: usize = if SMALL { 1 } else { 3 };
 

@@ -49,6 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
+    #[cfg_attr(miri, ignore = "Miri has functions of the platform err on purpose")]
     fn they_are_those_of_the_standard_library_but_for_rounding() {
         let same = |a: f64, b: f64| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
         for step in 1..2000 {
