@@ -19,8 +19,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from attack.leaks import leak
 from taut.formats import MESH_EXTENSIONS, MeshError, read_mesh
+
+from attack.leaks import leak
 
 FORMATS = MESH_EXTENSIONS
 
