@@ -33,7 +33,7 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
     let cases: Vec<(Value, &[&str])> = vec![
         (
             grid(|s| s["cloth"][0]["strain_limit"] = json!(1.5)),
-            &["scene.cloth[0].strain_limit = 1.5: must be in (0, 1]; try 0.05"],
+            &["scene.cloth[0].strain_limit = 1.5: must be in [1e-9, 1]; try 0.05"],
         ),
         (grid(|s| s["cloth"][0]["strain_limt"] = json!(0.1)), &["scene.cloth[0].strain_limt", "did you mean `strain_limit`?"]),
         (grid(|s| s["durration"] = json!(1)), &["scene.durration", "did you mean `duration`?"]),
@@ -43,7 +43,7 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
         ),
         (grid(|s| s["solver"]["filter"] = json!("sweep")), &["scene.solver.filter", "did you mean `sweeps`?"]),
         (grid(|s| s["fps"] = json!("fast")), &["scene.fps = \"fast\"", "invalid type"]),
-        (grid(|s| s["fps"] = json!(0)), &["scene.fps = 0: must be in (0,"]),
+        (grid(|s| s["fps"] = json!(0)), &["scene.fps = 0: must be in [0.001,"]),
         (grid(|s| s["gravity"] = json!([0, 0])), &["scene.gravity = [0,0]", "3"]),
         (grid(|s| s["cloth"] = json!([])), &["scene.cloth: there is none"]),
         (
@@ -62,11 +62,11 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
         (grid(|s| s["cloth"][0]["pins"][0]["move"] = json!([[1, [0, 0, 0]], [1, [0, 0, 1]]])), &["move[1]", "must increase"]),
         (
             grid(|s| s["cloth"][0]["weights"] = json!([{ "corner": "top-right" }])),
-            &["scene.cloth[0].weights[0].mass = 0: must be in (0, 1000000]; try 0.2"],
+            &["scene.cloth[0].weights[0].mass = 0: must be in [1e-15, 1000000]; try 0.2"],
         ),
         (
             grid(|s| s["cloth"][0]["weights"] = json!([{ "corner": "top-right", "mass": -0.2 }])),
-            &["scene.cloth[0].weights[0].mass = -0.2: must be in (0,"],
+            &["scene.cloth[0].weights[0].mass = -0.2: must be in [1e-15,"],
         ),
         (
             grid(|s| s["cloth"][0]["weights"] = json!([{ "mass": 0.2 }])),
@@ -122,9 +122,12 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
             }),
             &["scene.solver.filter = \"xpbd\"", "cloth[0] has curves", "choose another filter"],
         ),
-        (grid(|s| s["cloth"][0]["bending"] = json!(-1)), &["cloth[0].bending = -1: must be in [0,", "try 1e-5 or \"fabric\""]),
+        (
+            grid(|s| s["cloth"][0]["bending"] = json!(-1)),
+            &["cloth[0].bending = -1: must be 0 or in [1e-20,", "try 1e-5 or \"fabric\""],
+        ),
         (grid(|s| s["cloth"][0]["bending"] = json!("soft")), &["cloth[0].bending = \"soft\"", "expected \"fabric\" or a number"]),
-        (grid(|s| s["cloth"][0]["density"] = json!(-1)), &["scene.cloth[0].density = -1: must be in (0,"]),
+        (grid(|s| s["cloth"][0]["density"] = json!(-1)), &["scene.cloth[0].density = -1: must be in [1e-9,"]),
         (grid(|s| s["solver"]["substeps"] = json!("some")), &["scene.solver.substeps = \"some\"", "\"auto\" or a whole number"]),
         (
             grid(|s| s["solver"]["substeps"] = json!(1)),

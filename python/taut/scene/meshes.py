@@ -1,5 +1,6 @@
 """The geometry that a scene's cloths name: files beside the scene, or arrays."""
 
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path, PureWindowsPath
@@ -9,9 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from taut.errors import SceneError
+from taut.scene.plain import shorten
 
 Mesh = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]
 """Vertices [m, before scale], shape (vertices, 3); corners of all faces; number of corners of each face."""
+
+_LONGEST_PATH = 4096
+"""No system opens longer paths [bytes]."""
 
 _REFERENCE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 
@@ -29,7 +34,7 @@ def resolve_path(name: str, folder: Path, field: str, sandbox: bool = False) -> 
         SceneError: the path is a URL or names no file; in a sandbox it is absolute, or leaves the folder, by
             a link for example.
     """
-    where = f"{field} = {name!r}"
+    where = f"{field} = {shorten(repr(name))}"
     if _REFERENCE.match(name):
         raise SceneError(
             f"{where}: is a reference, not a path; put the file beside the scene and give its name"
@@ -41,14 +46,24 @@ def resolve_path(name: str, folder: Path, field: str, sandbox: bool = False) -> 
         )
     if "\0" in name or not name.strip():
         raise SceneError(f"{where}: is no file name; give the path of a mesh beside the scene")
+    if len(os.fsencode(name)) > _LONGEST_PATH:
+        raise SceneError(
+            f"{where}: is longer than {_LONGEST_PATH} bytes; give the path of a mesh beside the scene"
+        )
     path = (folder / name).resolve()
     if sandbox and (".." in PureWindowsPath(name).parts or not path.is_relative_to(folder.resolve())):
         raise SceneError(
             f"{where}: leaves the scene's folder {folder}, which a sandbox refuses; copy the file into it, "
             "or trust the scene and leave the sandbox out"
         )
-    if not path.is_file():
-        raise SceneError(f"{where}: there is no file {path}; a path is taken from the scene's folder")
+    try:
+        found = path.is_file()
+    except OSError:  # a part of it is longer than the system's names
+        found = False
+    if not found:
+        raise SceneError(
+            f"{where}: there is no file {shorten(str(path), 400)}; a path is taken from the scene's folder"
+        )
     return path
 
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from taut.errors import SceneError
 from taut.scene.meshes import resolve_path
+from taut.scene.plain import shorten
 
 FollowedPath = tuple[NDArray[np.float64], float | None]
 """Places [m], shape (frames, vertices, 3), and frames per second [1/s]: ``None``, those of the scene."""
@@ -52,7 +53,7 @@ def read_paths(
                 paths[name] = given[name]
             else:
                 paths[name] = _read(
-                    resolve_path(name, folder, field, sandbox), f"{field} = {name!r}", document
+                    resolve_path(name, folder, field, sandbox), f"{field} = {shorten(repr(name))}", document
                 )
     return paths
 

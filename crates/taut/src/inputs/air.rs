@@ -22,6 +22,9 @@ pub struct Wave {
 /// Octaves of gusts; each has half the period of the one before.
 pub const OCTAVES: usize = 4;
 
+/// Slower wind [m/s] has no gusts: nobody could see them, and waves that travel so slowly are shorter than any cloth.
+const SLOWEST: f64 = 1e-6;
+
 /// The moving air.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Air {
@@ -89,7 +92,7 @@ impl Air {
 /// amplitudes falling as k^(-1/3) (Kolmogorov's spectrum), directions and phases drawn from the seed.
 fn waves(mean: DVec3, strength: f64, period: f64, seed: u64) -> Vec<Wave> {
     let speed = mean.length();
-    if speed == 0.0 || strength == 0.0 {
+    if speed < SLOWEST || strength == 0.0 {
         return Vec::new();
     }
     let along = mean / speed;

@@ -12,7 +12,7 @@ use super::part::{Panel, Part};
 use super::{
     Adjacency, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice, LevelRate,
     Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
-    curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, rates, rates::Rates, suits, weights,
+    curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, precision, rates, rates::Rates, suits, weights,
 };
 use crate::geometry::{Vectors, turn};
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source};
@@ -106,6 +106,7 @@ impl Assembly {
             return Err(SceneError::at(at, format!("more than {MOST_PARTICLES} vertices in all")));
         }
         let material = cloth.material();
+        self.warnings.extend(precision::check_lengths(cloth, &part, at)?);
         self.warnings.extend(part.notes.iter().map(|note| format!("{} ({at}): {note}", cloth.name)));
         let pins = pins::build(cloth, &part, at, first as u32, &mut self.warnings)?;
         let held = |vertex: u32| pins.iter().any(|group| group.particles.contains(&(vertex + first as u32)));
@@ -138,6 +139,9 @@ impl Assembly {
                 None => material.density * areas[index],
             };
             let mass = own + extra[vertex];
+            if mass > 0.0 {
+                precision::check_mass(cloth, mass, areas[index], vertex, at)?;
+            }
             let single = mass as f32;
             // Vertices without a face have no mass; they are held where they are.
             self.particles.inverse_mass.push(if single > 0.0 { 1.0 / single } else { 0.0 });

@@ -76,7 +76,8 @@ fn check(mesh: &MeshData, field: &str, scale: f64) -> Result<(), SceneError> {
         let [x, y, z] = mesh.vertices[index];
         let problem = format!(
             "vertex {index} is at [{x}, {y}, {z}], times scale = {scale}: coordinates must be in [-{FARTHEST}, {FARTHEST}] m; is the mesh in \
-             millimetres? then scale = 0.001"
+             millimetres? then {} = 0.001",
+            field.replace(".mesh", ".scale")
         );
         return Err(SceneError::at(field, problem));
     }

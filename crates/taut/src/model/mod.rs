@@ -15,6 +15,7 @@ mod numbering;
 mod origin;
 mod part;
 mod pins;
+mod precision;
 mod rates;
 mod selection;
 mod springs;

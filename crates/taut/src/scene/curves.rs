@@ -9,6 +9,10 @@ use super::{BendingModel, Cloth, FilterKind, Scene, SceneError};
 const MOST_POINTS: usize = 64;
 /// A point this part of the greatest force below the straight line through a curve is no knee.
 const KNEE: f64 = 1e-3;
+/// Points of a curve lie at least so far apart, in the unit of their first number: steeper slopes are steps.
+const APART: f64 = 1e-6;
+/// The least force that is one, in the unit of the second number.
+const LEAST: f64 = 1e-20;
 
 /// Points that begin at [0, 0] and never fall; straight lines join them and go on from the last one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -104,12 +108,18 @@ fn check_curve(at: &str, curve: &Curve, most: f64, what: &str) -> Result<(), Sce
     }
     for (index, pair) in points.windows(2).enumerate() {
         let ([before, low], [x, y]) = (pair[0], pair[1]);
-        if !(x > before && x <= most) {
-            return refuse(index + 1, format!("the {what} must increase from point to point and be at most {most}"));
+        if !(x - before >= APART * (1.0 - 1e-9) && x <= most) {
+            return refuse(
+                index + 1,
+                format!("the {what} must increase by {APART:e} or more from point to point and be at most {most}"),
+            );
         }
-        if !(y >= low && y <= 1e9) {
-            let problem = "the second number must not fall from point to point nor exceed 1e9; smooth the measurement";
-            return refuse(index + 1, problem.to_owned());
+        if !(y >= low && y <= 1e9 && (y == 0.0 || y >= LEAST)) {
+            let problem = format!(
+                "the second number must be 0 or at least {LEAST:e}, and must not fall from point to point nor exceed 1e9; smooth the \
+                 measurement"
+            );
+            return refuse(index + 1, problem);
         }
     }
     if points[points.len() - 1][1] == 0.0 {

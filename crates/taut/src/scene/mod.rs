@@ -21,10 +21,11 @@ pub use bending::{Bending, BendingModel};
 pub use cloth::{Axis, Cloth, Grid, Network, PointMass, Source};
 pub use curves::{Curve, Curves};
 pub use error::SceneError;
+pub(crate) use error::{brief, shorten};
 pub use fabric::{Fabric, Material};
 pub use selection::{Corner, Edge, Keyframe, LimitKeyframe, Pin, Selector, Weight};
 pub use solver::{FilterKind, IntegratorKind, Solver, Substeps};
-pub(crate) use validate::FARTHEST;
+pub(crate) use validate::{FARTHEST, MASSES, NEAREST};
 pub use wind::{Flow, FlowElement, FlowKind, Gust, Wind, WindLaw, WindModel};
 
 /// A scene: cloths, the air and gravity they live in, and how to simulate them.

@@ -1,5 +1,6 @@
 //! Ranges: what is allowed, and what is allowed but suspicious.
 
+use super::error::brief;
 use super::{
     Bending, Cloth, Flow, FlowElement, FlowKind, Keyframe, Network, Pin, PointMass, Scene, SceneError, Selector, Source,
     Substeps, Wind, curves,
@@ -9,8 +10,20 @@ type Check = Result<(), SceneError>;
 
 /// Coordinates and lengths beyond this [m] are mistakes.
 pub const FARTHEST: f64 = 1e5;
-/// More vertices than this in one grid would not fit the memory of an ordinary machine.
+/// Lengths and factors on lengths below this [m; 1] are mistakes: single precision has no room for their fourth powers.
+pub const NEAREST: f64 = 1e-9;
+/// More vertices than this in all grids would not fit the memory of an ordinary machine.
 const MOST_VERTICES: u64 = 16_000_000;
+/// Constants of a material are 0 or at least this: what is smaller vanishes in single precision beside anything else.
+const LEAST: f64 = 1e-20;
+/// Masses of points lie between these [kg]: their squares, and those of 1 / mass, have room in single precision.
+pub const MASSES: [f64; 2] = [1e-15, 1e15];
+/// Limits below this [1] are none: 1 + limit is 1 in single precision.
+const TIGHTEST: f64 = 1e-9;
+/// Gusts that are shorter than this [s] pass within every step.
+const SHORTEST_GUST: f64 = 1e-3;
+/// Longer names [characters] fill the screen.
+const LONGEST_NAME: usize = 100;
 /// Vortices and sources thinner than this [m] would be faster than sound long before they are felt.
 const SMALLEST_CORE: f64 = 1e-3;
 /// More steps per frame than this is a mistake in the units.
@@ -19,7 +32,7 @@ const MOST_SUBSTEPS: u32 = 100_000;
 /// Refuses the first field that is out of range.
 pub(super) fn check(scene: &Scene) -> Check {
     within("duration", scene.duration, 0.0, 1e6, "5.0")?;
-    above_zero("fps", scene.fps, 1e5, "60")?;
+    within("fps", scene.fps, 1e-3, 1e5, "60")?;
     vector("gravity", &scene.gravity(), 1e6, "[0, 0, -9.81]")?;
     check_keyframes("gravity_keyframes", &scene.gravity_keyframes, 1e6)?;
     if let Some(wind) = &scene.wind {
@@ -30,8 +43,9 @@ pub(super) fn check(scene: &Scene) -> Check {
     if scene.cloth.is_empty() {
         return Err(SceneError::at("cloth", "there is none; add a [[cloth]] with grid, mesh or network"));
     }
+    let mut vertices = 0;
     for (index, cloth) in scene.cloth.iter().enumerate() {
-        check_cloth(&format!("cloth[{index}]"), cloth)?;
+        check_cloth(&format!("cloth[{index}]"), cloth, &mut vertices)?;
         if let Some(first) = scene.cloth[..index].iter().position(|other| !cloth.name.is_empty() && other.name == cloth.name) {
             return Err(SceneError::with_value(
                 format!("cloth[{index}].name"),
@@ -46,10 +60,10 @@ pub(super) fn check(scene: &Scene) -> Check {
 fn check_wind(wind: &Wind) -> Check {
     vector("wind.velocity", &wind.velocity, 1e4, "[8, 1.5, 0]")?;
     check_keyframes("wind.keyframes", &wind.keyframes, 1e4)?;
-    within("wind.density", wind.density, 0.0, 1e5, "1.2 (air)")?;
+    constant("wind.density", wind.density, 1e5, "1.2 (air)")?;
     if let Some(gust) = &wind.gust {
         within("wind.gust.strength", gust.strength, 0.0, 10.0, "0.3")?;
-        above_zero("wind.gust.period", gust.period, 1e6, "2.0")?;
+        within("wind.gust.period", gust.period, SHORTEST_GUST, 1e6, "2.0")?;
     }
     wind.elements.iter().enumerate().try_for_each(|(index, element)| check_flow(&format!("wind.elements[{index}]"), element))
 }
@@ -65,10 +79,7 @@ fn check_flow(at: &str, element: &FlowElement) -> Check {
     };
     let place = |centre: &[f64; 3], core: f64| {
         vector(&format!("{at}.centre"), centre, FARTHEST, "[1, 0, 1.5]")?;
-        if (SMALLEST_CORE..=FARTHEST).contains(&core) {
-            return Ok(());
-        }
-        Err(out_of_range(&format!("{at}.core"), core, &format!("in [{SMALLEST_CORE}, {FARTHEST}]"), "0.1"))
+        within(&format!("{at}.core"), core, SMALLEST_CORE, FARTHEST, "0.1")
     };
     match flow {
         Flow::Uniform(velocity) => vector(&format!("{at}.velocity"), &velocity, 1e4, "[1, 0, 0]"),
@@ -99,21 +110,27 @@ fn check_solver(scene: &Scene) -> Check {
     within("solver.tolerance", scene.solver.tolerance, 0.0, 1.0, "0.001")
 }
 
-fn check_cloth(at: &str, cloth: &Cloth) -> Check {
+/// Checks a cloth; `vertices` counts those of all grids.
+fn check_cloth(at: &str, cloth: &Cloth, vertices: &mut u64) -> Check {
+    if cloth.name.chars().count() > LONGEST_NAME || cloth.name.contains(char::is_control) {
+        let problem = format!("must have at most {LONGEST_NAME} characters, none of them a control character");
+        return Err(SceneError::with_value(format!("{at}.name"), format!("{:?}", cloth.name), problem));
+    }
     match cloth.sources().as_slice() {
         [Source::Grid(grid)] => {
             for (axis, size) in grid.size.iter().enumerate() {
-                above_zero(&format!("{at}.grid.size[{axis}]"), *size, FARTHEST, "1.0")?;
+                within(&format!("{at}.grid.size[{axis}]"), *size, NEAREST, FARTHEST, "1.0")?;
             }
             for (axis, &cells) in grid.cells.iter().enumerate() {
                 if cells == 0 {
                     return Err(out_of_range(&format!("{at}.grid.cells[{axis}]"), cells, "at least 1", "32"));
                 }
             }
-            let vertices = grid.cells.iter().map(|&cells| u64::from(cells) + 1).product::<u64>();
-            if vertices > MOST_VERTICES {
+            let own = grid.cells.iter().map(|&cells| u64::from(cells) + 1).product::<u64>();
+            *vertices = vertices.saturating_add(own);
+            if *vertices > MOST_VERTICES {
                 let cells = format!("[{}, {}]", grid.cells[0], grid.cells[1]);
-                let allowed = format!("at most {MOST_VERTICES} vertices in all, not {vertices}");
+                let allowed = format!("at most {MOST_VERTICES} vertices in all grids together, not {vertices}");
                 return Err(out_of_range(&format!("{at}.grid.cells"), cells, &allowed, "[256, 256]"));
             }
             vector(&format!("{at}.grid.origin"), &grid.origin, FARTHEST, "[0, 0, 0]")?;
@@ -131,7 +148,7 @@ fn check_cloth(at: &str, cloth: &Cloth) -> Check {
             return Err(SceneError::at(at, format!("{problem}; it has {}", if given.is_empty() { "none" } else { "several" })));
         }
     }
-    above_zero(&format!("{at}.scale"), cloth.scale, 1e6, "1.0")?;
+    within(&format!("{at}.scale"), cloth.scale, NEAREST, 1e6, "1.0")?;
     vector(&format!("{at}.rotate"), &cloth.rotate, 1e6, "[0, 0, 90]")?;
     vector(&format!("{at}.translate"), &cloth.translate, FARTHEST, "[0, 0, 1]")?;
     curves::check(at, cloth)?;
@@ -142,38 +159,34 @@ fn check_cloth(at: &str, cloth: &Cloth) -> Check {
     for (index, weight) in cloth.weights.iter().enumerate() {
         let at = format!("{at}.weights[{index}]");
         check_selection(&at, &weight.selectors(), cloth)?;
-        above_zero(&format!("{at}.mass"), weight.mass, 1e6, "0.2")?;
+        within(&format!("{at}.mass"), weight.mass, MASSES[0], 1e6, "0.2")?;
     }
     Ok(())
 }
 
 fn check_material(at: &str, cloth: &Cloth) -> Check {
     let material = cloth.material();
-    if !(material.strain_limit > 0.0 && material.strain_limit <= 1.0) {
-        return Err(out_of_range(&format!("{at}.strain_limit"), material.strain_limit, "in (0, 1]", "0.05"));
-    }
+    within(&format!("{at}.strain_limit"), material.strain_limit, TIGHTEST, 1.0, "0.05")?;
     let mut previous = 0.0;
     for (index, key) in cloth.strain_limit_keyframes.iter().enumerate() {
         let at = format!("{at}.strain_limit_keyframes[{index}]");
         check_time(&at, key.0, &mut previous)?;
-        if !(key.1 > 0.0 && key.1 <= 1.0) {
-            return Err(out_of_range(&at, key.1, "in (0, 1]", "0.05"));
-        }
+        within(&at, key.1, TIGHTEST, 1.0, "0.05")?;
     }
-    above_zero(&format!("{at}.density"), material.density, 1e4, "0.2")?;
-    within(&format!("{at}.stiffness"), material.stiffness, 0.0, 1e9, "20")?;
-    within(&format!("{at}.shear_stiffness"), material.shear_stiffness, 0.0, 1e9, "10")?;
-    within(&format!("{at}.flexion_stiffness"), cloth.flexion_stiffness, 0.0, 1e9, "0")?;
+    within(&format!("{at}.density"), material.density, 1e-9, 1e4, "0.2")?;
+    constant(&format!("{at}.stiffness"), material.stiffness, 1e9, "20")?;
+    constant(&format!("{at}.shear_stiffness"), material.shear_stiffness, 1e9, "10")?;
+    constant(&format!("{at}.flexion_stiffness"), cloth.flexion_stiffness, 1e9, "0")?;
     if cloth.bending == Bending::Fabric && cloth.network.is_some() {
         let problem = "a network has no breadth that the fabric's stiffness could count for; give a number [N m^2]";
         return Err(SceneError::with_value(format!("{at}.bending"), "\"fabric\"", problem));
     }
-    within(&format!("{at}.bending"), cloth.bending(), 0.0, 1e6, "1e-5 or \"fabric\"")?;
-    within(&format!("{at}.damping"), material.damping, 0.0, 1e6, "0.005")?;
-    within(&format!("{at}.air_drag"), material.air_drag, 0.0, 1e6, "0.1")?;
-    within(&format!("{at}.drag_coefficient"), material.drag_coefficient, 0.0, 1e3, "1.2")?;
-    within(&format!("{at}.lift_coefficient"), material.lift_coefficient, 0.0, 1e3, "1.2")?;
-    within(&format!("{at}.friction_coefficient"), cloth.friction_coefficient, 0.0, 1e3, "0.01")
+    constant(&format!("{at}.bending"), cloth.bending(), 1e6, "1e-5 or \"fabric\"")?;
+    constant(&format!("{at}.damping"), material.damping, 1e6, "0.005")?;
+    constant(&format!("{at}.air_drag"), material.air_drag, 1e6, "0.1")?;
+    constant(&format!("{at}.drag_coefficient"), material.drag_coefficient, 1e3, "1.2")?;
+    constant(&format!("{at}.lift_coefficient"), material.lift_coefficient, 1e3, "1.2")?;
+    constant(&format!("{at}.friction_coefficient"), cloth.friction_coefficient, 1e3, "0.01")
 }
 
 /// Keyframes of what has a value of its own at time 0.
@@ -204,7 +217,7 @@ fn check_network(at: &str, network: &Network) -> Check {
     for (index, point) in network.points.iter().enumerate() {
         vector(&format!("{at}.points[{index}]"), point, FARTHEST, "[0, 0, 0]")?;
     }
-    let count = network.points.len();
+    let (count, points) = (network.points.len(), format!("{at}.points"));
     for (index, link) in network.links.iter().enumerate() {
         let at = format!("{at}.links[{index}]");
         let value = format!("[{}, {}]", link[0], link[1]);
@@ -212,11 +225,12 @@ fn check_network(at: &str, network: &Network) -> Check {
             return Err(SceneError::with_value(at, value, format!("there are {count} points, numbered 0 to {}", count - 1)));
         }
         if link[0] == link[1] || network.points[link[0] as usize] == network.points[link[1] as usize] {
-            return Err(SceneError::with_value(at, value, "a link must join two points at different places"));
+            let [a, b] = link.map(|end| format!("{points}[{end}]"));
+            return Err(SceneError::with_value(at, value, format!("must join two points at different places, not {a} and {b}")));
         }
     }
     match &network.mass {
-        PointMass::One(mass) => above_zero(&format!("{at}.mass"), *mass, 1e6, "0.003"),
+        PointMass::One(mass) => within(&format!("{at}.mass"), *mass, MASSES[0], 1e6, "0.003"),
         PointMass::Each(masses) if masses.len() != count => Err(SceneError::at(
             format!("{at}.mass"),
             format!("has {} numbers for {count} points; give one number for all, or {count}", masses.len()),
@@ -224,7 +238,7 @@ fn check_network(at: &str, network: &Network) -> Check {
         PointMass::Each(masses) => masses
             .iter()
             .enumerate()
-            .try_for_each(|(index, mass)| above_zero(&format!("{at}.mass[{index}]"), *mass, 1e6, "0.003")),
+            .try_for_each(|(index, mass)| within(&format!("{at}.mass[{index}]"), *mass, MASSES[0], 1e6, "0.003")),
     }
 }
 
@@ -315,11 +329,14 @@ fn out_of_range(at: &str, value: impl std::fmt::Display, allowed: &str, remedy: 
 }
 
 fn within(at: &str, value: f64, least: f64, most: f64, remedy: &str) -> Check {
-    if (least..=most).contains(&value) { Ok(()) } else { Err(out_of_range(at, value, &format!("in [{least}, {most}]"), remedy)) }
+    let allowed = || format!("in [{}, {most}]", brief(least));
+    if (least..=most).contains(&value) { Ok(()) } else { Err(out_of_range(at, brief(value), &allowed(), remedy)) }
 }
 
-fn above_zero(at: &str, value: f64, most: f64, remedy: &str) -> Check {
-    if value > 0.0 && value <= most { Ok(()) } else { Err(out_of_range(at, value, &format!("in (0, {most}]"), remedy)) }
+/// A constant of a material or of the air: nothing, or what single precision sees.
+fn constant(at: &str, value: f64, most: f64, remedy: &str) -> Check {
+    let allowed = || format!("0 or in [{LEAST:e}, {most}]");
+    if value == 0.0 || (LEAST..=most).contains(&value) { Ok(()) } else { Err(out_of_range(at, brief(value), &allowed(), remedy)) }
 }
 
 fn vector(at: &str, value: &[f64; 3], most: f64, remedy: &str) -> Check {
@@ -327,5 +344,5 @@ fn vector(at: &str, value: &[f64; 3], most: f64, remedy: &str) -> Check {
         return Ok(());
     }
     let allowed = if most == f64::MAX { "finite numbers".to_owned() } else { format!("numbers in [-{most}, {most}]") };
-    Err(out_of_range(at, format!("[{}, {}, {}]", value[0], value[1], value[2]), &allowed, remedy))
+    Err(out_of_range(at, format!("[{}]", value.map(brief).join(", ")), &allowed, remedy))
 }

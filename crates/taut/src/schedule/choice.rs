@@ -1,18 +1,16 @@
 //! The step that a scene asks for: chosen, or checked against its bound.
 
-use super::pace;
+use super::pace::LONGEST;
 use super::parts::{Plan, SAFETY, is_divided, scaled, spring_steps};
 use super::stability::{self, GROWTH_TIME, of_euler};
+use super::{blame, pace};
 use crate::geometry::{cbrt, power};
 use crate::inputs::Inputs;
 use crate::model::{ClothRange, Model, Rates};
 use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
 
-/// Longest step that "auto" takes where stability does not bound it, for the sake of the motion, as a part of the time in which the
-/// cloth moves by its size [1]: 1/60 s for a cloth of 1 m.
-const LONGEST: f64 = 0.0522;
 /// Under limits tighter than this [1] it shrinks with their cube root.
-const ROOMY: f64 = 0.05;
+pub(super) const ROOMY: f64 = 0.05;
 /// Where a particle has a part s of the mass of a cloth, "auto" takes 1 + 28 s times as many steps: it throws the cloth about, and
 /// single steps leave the motion. Measured (docs/decisions/coarse-to-fine.md).
 const HURRY: f64 = 28.0;
@@ -31,7 +29,7 @@ const TIGHT: f64 = 0.05;
 const MUCH: f64 = 4.0;
 
 /// More steps a frame than this are a mistake in the scene.
-const MOST_STEPS: f64 = 100_000.0;
+pub(super) const MOST_STEPS: f64 = 100_000.0;
 
 /// Steps are at least this long [s]: single precision must hold what is divided by their squares.
 const SHORTEST: f64 = 1e-12;
@@ -79,11 +77,7 @@ impl Schedule {
         let culprit = culprit.and_then(|()| culprit_of(cloths, &least, frame));
         let substeps = match scene.solver.substeps {
             Substeps::Auto if enough > MOST_STEPS => {
-                let problem = format!(
-                    "\"auto\" would need {enough} steps a frame (stable step {bound:.3e} s); lower stiffness, bending or damping{}",
-                    remedy(scene)
-                );
-                return Err(SceneError::at("solver.substeps", problem));
+                return Err(blame::too_many(scene, model, inputs, &pace, enough));
             }
             Substeps::Auto => enough as u32,
             Substeps::Count(count) => {
@@ -106,11 +100,7 @@ impl Schedule {
             for (index, cloth) in cloths.iter().enumerate() {
                 let (parts, _) = spring_steps(step_length, &cloth.fastest);
                 if parts * f64::from(substeps) > MOST_STEPS {
-                    let problem = format!(
-                        "springs of cloth[{index}] ({}) would need {parts} parts of each step; lower its stiffness or bending",
-                        cloth.name
-                    );
-                    return Err(SceneError::at("solver.substeps", problem));
+                    return Err(blame::too_many_parts(scene, index, parts * f64::from(substeps)));
                 }
             }
         }
@@ -192,7 +182,7 @@ fn growing(integrator: IntegratorKind) -> Option<&'static str> {
 }
 
 /// More to say where a step is refused.
-fn remedy(scene: &Scene) -> String {
+pub(super) fn remedy(scene: &Scene) -> String {
     growing(scene.solver.integrator).map_or_else(String::new, |name| {
         format!(
             "; {name:?} lets undamped vibrations grow at any step, and this bound keeps them to a factor e in {GROWTH_TIME} s: \

@@ -1,5 +1,6 @@
 //! How long a step is, and in how many parts springs and dampers take it: every policy about steps, with its constants.
 
+mod blame;
 mod choice;
 mod pace;
 mod parts;

@@ -6,6 +6,9 @@
 use crate::inputs::Inputs;
 use crate::model::ClothRange;
 
+/// Longest step that "auto" takes where stability does not bound it, for the sake of the motion, as a part of the time in which the
+/// cloth moves by its size [1]: 1/60 s for a cloth of 1 m.
+pub(super) const LONGEST: f64 = 0.0522;
 /// Wind passes a cloth so many times before it has carried it by its size [1].
 const PASSES: f64 = 5.0;
 /// A step may be longer than the motion asks for by this part of the frame that it divides [1]: a cloth of 0.99 m would take twice the
