@@ -11,6 +11,7 @@ __all__ = [
     "SimulationError",
     "__version__",
     "break_next_step",
+    "footprint",
     "resolve_scene",
     "scene_schema",
     "simd_lanes",
@@ -82,6 +83,16 @@ def resolve_scene(document: str) -> tuple[str, list[str]]:
 
     Raises:
         SceneError: a field is unknown, misspelt, of the wrong type or out of range.
+    """
+
+def footprint(scene: str, meshes: dict[str, _Mesh]) -> tuple[int, int, int, int]:
+    """What a scene given as JSON needs, before anything of it is built.
+
+    Returns:
+        Vertices [1]; springs, about [1]; memory, about [bytes]; what a frame holds, not compressed [bytes].
+
+    Raises:
+        SceneError: as :func:`resolve_scene`.
     """
 
 def simd_lanes() -> int:

@@ -1,10 +1,16 @@
 //! What users give in numbers, checked.
 
+use std::collections::BTreeMap;
+
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
-use taut::scene::Scene;
+use taut::model::{Footprint, MeshData};
+use taut::scene::{Scene, SceneError, Source};
 
-use crate::scene_error;
+use crate::{memory, scene_error};
+
+/// So much more than the estimate is asked for: it may be wrong, and lists that grow take more for a while [1].
+const MARGIN: f64 = 1.6;
 
 /// Refuses an index beyond the end.
 pub fn below(name: &str, index: usize, count: usize) -> PyResult<()> {
@@ -34,6 +40,32 @@ pub fn duration(name: &str, time: f64) -> PyResult<()> {
 /// A scene with nothing in it but these fields, checked as any scene.
 pub fn scene_with(fields: &str) -> PyResult<Scene> {
     Scene::from_json(&format!(r#"{{ {fields}, "cloth": [{{ "grid": {{}} }}] }}"#)).map_err(scene_error)
+}
+
+/// Refuses a scene for which there is no memory: asking for it piece by piece would end the process.
+pub fn affordable(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> PyResult<()> {
+    let needs = Footprint::of(scene, meshes);
+    let asked = (MARGIN * needs.memory as f64) as u64;
+    if memory::is_there(asked) {
+        return Ok(());
+    }
+    let own = |index: &usize| Footprint::of_cloth(&scene.cloth[*index], &scene.solver, meshes);
+    let largest = (0..scene.cloth.len()).max_by_key(|index| own(index).memory).unwrap_or_default();
+    let cloth = &scene.cloth[largest];
+    let (field, value) = match cloth.sources().first() {
+        Some(Source::Grid(grid)) => ("grid.cells", format!("{:?}", grid.cells)),
+        Some(Source::Mesh(path)) => ("mesh", format!("{path:?}")),
+        _ => ("network.points", String::new()),
+    };
+    let problem = format!(
+        "the scene needs about {:.2} GB of memory for {} vertices and {} springs, {} vertices of them here, and this process cannot have it; use \
+         fewer, close other programs or take a larger machine",
+        needs.memory as f64 / 1e9,
+        needs.vertices,
+        needs.springs,
+        own(&largest).vertices
+    );
+    Err(scene_error(SceneError::with_value(format!("cloth[{largest}].{field}"), value, problem)))
 }
 
 /// The number of threads that is asked for.

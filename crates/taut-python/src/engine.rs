@@ -14,7 +14,7 @@ use taut::schedule::Schedule;
 use taut::state::{Calm, Clock, State};
 use taut::step::{Work, admit, external};
 
-use crate::checks::{below, duration, movable, scene_with, workers};
+use crate::checks::{affordable, below, duration, movable, scene_with, workers};
 use crate::report::report;
 use crate::running::{Guarded, Running};
 use crate::turns::{Turns, or_error};
@@ -96,14 +96,15 @@ impl Engine {
         registers::chosen()?;
         // With Python's lock held: no fork may come while threads are started.
         let pool = pools::shared(workers(threads)?);
-        py.detach(|| {
+        let build = || {
             let scene = Scene::from_json(scene).map_err(scene_error)?;
+            affordable(&scene, &meshes)?;
             let Prepared { model, inputs, schedule } = prepare(&scene, &meshes, &followed).map_err(scene_error)?;
-            let state = State::new(&model);
             let work = Work::with_pool(&model, &schedule, pool);
-            let running = Running { state, inputs, wind: scene.wind.clone(), work };
+            let running = Running { state: State::new(&model), inputs, wind: scene.wind.clone(), work };
             Ok(Self { running: Guarded::new(running), scene, model, schedule })
-        })
+        };
+        or_error(|| py.detach(build))?
     }
 
     #[getter]

@@ -13,6 +13,8 @@ mod yardstick;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use taut::model::Footprint;
 use taut::scene::Scene;
 
 pyo3::create_exception!(_taut, SceneError, PyValueError, "A scene cannot be simulated.");
@@ -35,6 +37,13 @@ fn resolve_scene(document: &str) -> PyResult<(String, Vec<String>)> {
 }
 
 #[pyfunction]
+fn footprint(scene: &str, meshes: &Bound<'_, PyDict>) -> PyResult<(u64, u64, u64, u64)> {
+    let Footprint { vertices, springs, memory, frame } =
+        Footprint::of(&Scene::from_json(scene).map_err(scene_error)?, &arrays::meshes(meshes)?);
+    Ok((vertices, springs, memory, frame))
+}
+
+#[pyfunction]
 fn simd_lanes() -> PyResult<usize> {
     registers::chosen()?;
     Ok(taut::geometry::lanes())
@@ -53,6 +62,7 @@ fn _taut(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scene_schema, module)?)?;
     module.add_function(wrap_pyfunction!(resolve_scene, module)?)?;
     module.add_function(wrap_pyfunction!(simd_lanes, module)?)?;
+    module.add_function(wrap_pyfunction!(footprint, module)?)?;
     module.add_function(wrap_pyfunction!(turns::break_next_step, module)?)?;
     module.add_function(wrap_pyfunction!(arrays::state_hash, module)?)
 }

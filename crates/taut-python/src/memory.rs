@@ -5,6 +5,15 @@ use std::alloc::{GlobalAlloc, Layout, System};
 /// The system's memory; what is larger than a page begins at a cache line.
 pub struct LineAligned;
 
+/// Whether the system gives so much memory at once now. It goes back before this returns: whoever asks needs it soon after.
+pub fn is_there(bytes: u64) -> bool {
+    let mut probe = Vec::<u8>::new();
+    let given = usize::try_from(bytes).is_ok_and(|bytes| probe.try_reserve_exact(bytes).is_ok());
+    // Memory that nobody looks at need never be asked for.
+    std::hint::black_box(&mut probe);
+    given
+}
+
 const LINE: usize = 64;
 const LARGE: usize = 4096;
 

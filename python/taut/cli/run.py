@@ -35,6 +35,10 @@ def command(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a cache that is there.")] = False,
     sandbox: Sandbox = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
+    dry_run: Annotated[
+        bool,
+        typer.Option("--dry-run", help="Only check the scene and say how much memory and disk it needs."),
+    ] = False,
 ) -> None:
     """Simulate a scene and write its frames to a cache."""
     if resume and overwrite:
@@ -42,13 +46,18 @@ def command(
     existing: Existing = "resume" if resume else "overwrite" if overwrite else "refuse"
     with expected_errors():
         from taut.cache import Cache, check_free, summarize
-        from taut.cli.tables import run_table, show
+        from taut.cli.tables import needs_table, run_table, show
         from taut.scene import Scene
         from taut.simulation import Simulation
 
         if not resume:
             check_free(out, overwrite)
-        simulation = Simulation(Scene.load(scene, sandbox).with_settings(settings or []), threads)
+        asked = Scene.load(scene, sandbox).with_settings(settings or [])
+        if dry_run:
+            warn(asked.warnings)
+            count = asked.frames if frames is None else frames
+            return show(needs_table(asked.needs(count), count))
+        simulation = Simulation(asked, threads)
         if not quiet:
             warn(simulation.warnings)
         done = _record_with_bar(simulation, out, frames, existing, quiet)

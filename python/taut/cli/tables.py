@@ -9,6 +9,7 @@ from taut.cache import Cache, Summary, cloth_of
 
 if TYPE_CHECKING:
     from taut.compare import Comparison
+    from taut.scene import Needs
 
 Rows = list[tuple[str, str]]
 
@@ -41,6 +42,21 @@ def full_table(cache: Cache, summary: Summary) -> Rows:
         ("threads", str(summary.threads)),
         ("written by", f"taut {summary.version}"),
     ]
+
+
+def needs_table(needs: "Needs", frames: int) -> Rows:
+    """What ``taut run --dry-run`` prints."""
+    return [
+        ("frames", str(frames)),
+        ("vertices", str(needs.vertices)),
+        ("springs", f"about {needs.springs}"),
+        ("memory", f"about {_size(needs.memory)}, beside Python and the scene itself"),
+        ("disk", f"about {_size(needs.disk)}"),
+    ]
+
+
+def _size(count: int) -> str:
+    return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{max(1, round(count / 1e6))} MB"
 
 
 def comparison_table(found: "Comparison") -> Rows:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from taut import _taut
 from taut.errors import SceneError
 from taut.scene.meshes import Mesh, check_arrays, read_meshes
+from taut.scene.needs import Needs
 from taut.scene.paths import FollowedPath, check_path, read_paths
 from taut.scene.plain import plain
 from taut.scene.settings import apply_setting
@@ -137,6 +138,19 @@ class Scene:
     def to_json(self) -> str:
         """The resolved scene as JSON."""
         return json.dumps(self._document, allow_nan=False)
+
+    def needs(self, frames: int | None = None) -> Needs:
+        """What it takes to simulate and to record this scene; nothing of it is built.
+
+        Args:
+            frames: of the cache; those of the scene when left out [1].
+
+        Raises:
+            SceneError: a mesh is missing or cannot be read.
+        """
+        meshes, _ = self.read_meshes()
+        vertices, springs, memory, frame = _taut.footprint(self.to_json(), meshes)
+        return Needs.of(vertices, springs, memory, frame * (self.frames if frames is None else frames))
 
     def read_meshes(self) -> tuple[dict[str, Mesh], list[str]]:
         """Geometry of every mesh that the scene names, and what was repaired in it.

@@ -206,6 +206,8 @@ impl Assembly {
             let reason = "a mesh of triangles has no diagonals that could be sheared; its edges follow tension alone";
             self.warnings.push(format!("scene.{at}.curves.shear has no effect: {reason}"));
         }
+        // It would double as it grows, and it is the largest list.
+        self.springs.reserve(part.springs.len());
         let kept = part.springs.iter().filter(|seed| seed.kind.is_type1() || cloth.flexion_stiffness > 0.0);
         self.springs.extend(kept.map(|seed| {
             let follows = curves.of(seed, &part);

@@ -12,6 +12,7 @@ pub(super) fn build(grid: &Grid, flexion: bool) -> Part {
     let cell = [grid.size[0] / f64::from(nx), grid.size[1] / f64::from(ny)];
     let [right, up] = grid.axes.map(|axis| DVec3::from_array(axis.direction()));
     let mut part = Part { origin: DVec3::from_array(grid.origin), ..Part::default() };
+    part.points.reserve((nx as usize + 1) * (ny as usize + 1));
     for j in 0..=ny {
         for i in 0..=nx {
             part.points.push(right * (cell[0] * f64::from(i)) + up * (cell[1] * f64::from(j)));
@@ -51,7 +52,7 @@ fn triangles(counts: [u32; 2]) -> Vec<[u32; 3]> {
 /// Weights are A_e / L^2 (Van Gelder 1998): 1 inside a square grid, 1/2 on its border and on the diagonals.
 fn springs([nx, ny]: [u32; 2], cell: [f64; 2], flexion: bool) -> Vec<SpringSeed> {
     let id = |i: u32, j: u32| j * (nx + 1) + i;
-    let mut springs = Vec::new();
+    let mut springs = Vec::with_capacity(if flexion { 6 } else { 4 } * (nx as usize + 1) * (ny as usize + 1));
     let mut add = |a, b, kind, weight| springs.push(SpringSeed { ends: [a, b], kind, weight });
     for j in 0..=ny {
         for i in 0..nx {

@@ -4,6 +4,8 @@ use std::fmt;
 
 /// Longer quotations [characters] of what a user wrote are cut.
 const LONGEST: usize = 60;
+/// No path of fields is longer than this [characters], and no problem than ten such lines.
+const LINE: usize = 120;
 
 /// A scene that cannot be simulated: which field, what it holds, what is allowed and a remedy.
 ///
@@ -34,17 +36,14 @@ impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("scene")?;
         if !self.field.is_empty() {
-            write!(f, ".{}", shown(&self.field, LONGEST))?;
+            write!(f, ".{}", shown(&self.field, LINE))?;
         }
         if !self.value.is_empty() {
-            write!(f, " = {}", shown(&self.value, LONGEST))?;
+            write!(f, " = {}", shown(&self.value, LINE))?;
         }
-        write!(f, ": {}", shown(&self.problem, 10 * LONGEST))
+        write!(f, ": {}", shown(&self.problem, 10 * LINE))
     }
 }
-
-/// Letters of a name or value that fill a line; a path of fields is no longer.
-const LONGEST: usize = 120;
 
 /// Text from a file as a terminal may show it: codes for what it would obey, and an end.
 fn shown(text: &str, most: usize) -> String {
