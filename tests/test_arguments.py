@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from attack.leaks import leak
 from taut import Scene, Simulation
+
+from tests.attack.leaks import leak
 
 TIP = 34
 ZEROS = np.zeros((35, 3), np.float32)

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from attack.leaks import leak
 from taut import Scene, SceneError, Simulation, SimulationError, _taut
+
+from tests.attack.leaks import leak
 
 TIP = 34
 

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from attack.leaks import leak
-from attack.meshes import FORMATS, _tree, glb, judge, mutants, prefixes, valid
 from taut.formats import MeshError, read_mesh
 from taut.formats.gltf_document import Document
 from taut.formats.triangles import cut
+
+from tests.attack.leaks import leak
+from tests.attack.meshes import FORMATS, _tree, glb, judge, mutants, prefixes, valid
 
 MUTANTS = 400
 """Of each format [1]; a longer attack has more."""

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from attack.leaks import leak
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from taut.formats import MESH_EXTENSIONS, MeshError, read_mesh
+
+from tests.attack.leaks import leak
 
 CUBE = trimesh.creation.box()
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from taut.formats import MESH_EXTENSIONS, MeshError, read_mesh
 
-from attack.leaks import leak
+from tests.attack.leaks import leak
 
 FORMATS = MESH_EXTENSIONS
 
@@ -229,7 +229,7 @@ def _renumbered(chance: random.Random, _: str, content: bytes) -> bytes:
     number = chance.choice(found)
     new = chance.choice(STRANGE).encode("latin-1")
     if chance.random() < 0.3:
-        new = repr(float(number[0][:20]) * 10.0 ** chance.randint(-300, 300)).encode()
+        new = repr(float(number[0]) * 10.0 ** chance.randint(-300, 300)).encode()
     return content[: number.start()] + new + content[number.end() :]
 
 
