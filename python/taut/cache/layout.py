@@ -1,6 +1,8 @@
 """Names, types and chunks of the arrays in a cache. Zarr, version 3.
 
 Every chunk is on disk, with a checksum, whatever it holds; so a chunk that is missing or damaged is seen.
+What a row holds has a checksum of its own, in which the row and its array are named; so an intact chunk in
+the place of another is seen, too.
 
 Group attributes:
 
@@ -14,10 +16,13 @@ Group attributes:
 """
 
 import json
+import zlib
+from collections.abc import Container
 from typing import Any
 
 import numpy as np
 import zarr
+from numpy.typing import NDArray
 from zarr.abc.buffer import Buffer
 from zarr.codecs import BloscCodec, Crc32cCodec
 from zarr.storage import MemoryStore
@@ -93,11 +98,19 @@ LOCAL = "local_positions"
 a run needs to go on. Where all origins are zero they are `positions`; the array is not on disk then and
 reads as NaN. Caches of taut 0.1.0 and before have none."""
 
-EXACT = (ORIGINS, LOCAL)
+CHECKSUMS = "checksums"
+"""uint32, shape (frames, arrays): :func:`checksum` of each row; its attribute `arrays` names the columns."""
 
 GROWING = (*SERIES, "velocities", "positions")
-"""Every array with a frame axis but :data:`PAST` and :data:`EXACT`, in the order in which a new frame is made
-known."""
+"""Every array with a frame axis but :data:`OPTIONAL`, in the order in which a new frame is made known."""
+
+OPTIONAL: dict[str, tuple[str, int]] = {
+    CHECKSUMS: ("uint32", 2),
+    PAST: ("float32", 3),
+    ORIGINS: ("float64", 3),
+    LOCAL: ("float32", 3),
+}
+"""Type and dimensions of each array with a frame axis that a cache may do without."""
 
 _MAY_BE_ZERO = {"spring_kind", "pins", LOCAL} | {
     name for name, kind in SERIES.items() if not kind.startswith("float")
@@ -109,6 +122,17 @@ def may_miss(name: str, format: str) -> bool:
     return format == metadata.TRUSTED and name in _MAY_BE_ZERO
 
 
+def growing(nodes: Container[str]) -> list[str]:
+    """Those of `nodes` that are arrays with a frame axis, in the order in which a frame is made known."""
+    return [*(name for name in OPTIONAL if name in nodes), *GROWING]
+
+
+def checksum(name: str, row: int, values: NDArray[Any]) -> int:
+    """CRC-32 of what a row of an array holds and of which row that is. A constant array is row 0."""
+    which = f"{name} {row} {values.dtype} {values.shape}"
+    return zlib.crc32(np.ascontiguousarray(values).tobytes(), zlib.crc32(which.encode()))
+
+
 def empty(header: Header) -> dict[str, bytes]:
     """The files of a cache without frames."""
     files: dict[str, Buffer] = {}
@@ -118,7 +142,9 @@ def empty(header: Header) -> dict[str, bytes]:
     for name, (kind, _) in CONSTANT.items():
         data = np.ascontiguousarray(header.arrays[name], kind)
         chunk = tuple(max(1, size) for size in data.shape)
-        root.create_array(name, shape=data.shape, chunks=chunk, **_coding(kind))[...] = data
+        array = root.create_array(name, shape=data.shape, chunks=chunk, **_coding(kind))
+        array[...] = data
+        array.attrs["checksum"] = checksum(name, 0, data)
     rows = dict.fromkeys((*STATE, LOCAL), header.vertices) | ({PAST: header.past} if header.past else {})
     for name, vertices in rows.items():
         root.create_array(name, shape=(0, vertices, 3), chunks=(1, vertices, 3), **_coding("float32"))
@@ -126,6 +152,14 @@ def empty(header: Header) -> dict[str, bytes]:
     root.create_array(ORIGINS, shape=(0, header.cloths, 3), chunks=chunk, **_coding("float64"))
     for name, kind in SERIES.items():
         root.create_array(name, shape=(0,), chunks=(SERIES_CHUNK,), **_coding(kind))
+    names = [*rows, ORIGINS, *SERIES]
+    root.create_array(
+        CHECKSUMS,
+        shape=(0, len(names)),
+        chunks=(SERIES_CHUNK, len(names)),
+        attributes={"arrays": names},
+        **_coding("uint32"),
+    )
     return _with_all_metadata({name: content.to_bytes() for name, content in files.items()})
 
 

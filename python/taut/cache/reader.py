@@ -3,7 +3,7 @@
 import os
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import numpy as np
 import zarr
@@ -21,8 +21,9 @@ class Cache:
 
     A run in progress may be read, too: only whole frames are seen. Open the cache again to see more.
 
-    Damage is always seen: metadata have a checksum, which is checked here, and chunks have one each, which
-    is checked when they are read. A chunk that is missing is an error that names its file and its frames.
+    Damage is always seen: metadata have a checksum, which is checked here, and chunks and rows have one each,
+    which is checked when they are read. A chunk that is missing, or stands where another one should, is an
+    error that names its file and its frames.
 
     Caches of the format before this one (``taut-cache/3``) are read on trust: their metadata have no
     checksum, and chunks of nothing but zeros were not written, so that one of `pins`, `spring_kind` or whole
@@ -43,8 +44,7 @@ class Cache:
         shapes = {self._arrays[name].shape[1:] for name in layout.STATE}
         if len(shapes) != 1 or shapes.pop()[1:] != (3,):
             raise CacheError(f"{path}: positions and velocities have unlike shapes; run it again")
-        past = [name for name in (layout.PAST, *layout.EXACT) if name in self._arrays]
-        self._frames = min(self._arrays[name].shape[0] for name in (*past, *layout.GROWING))
+        self._frames = min(self._arrays[name].shape[0] for name in layout.growing(self._arrays))
         if self._frames < 1:
             raise CacheError(f"{path}: there is no frame in it; run it again")
 
@@ -229,13 +229,36 @@ class Cache:
             if not file.is_file() and not layout.may_miss(name, self._attributes["format"]):
                 there = "no file" if os.path.lexists(file) else "missing"
                 raise CacheError(f"{what} is {there}; run it again (--overwrite)")
-            return np.asarray(array[first:stop])
+            values = np.asarray(array[first:stop])
+            if not self._is_own(name, first, values):
+                found = "differs from its checksum, or another one is in its place"
+                raise CacheError(f"{what} {found}; run it again (--overwrite)")
+            return values
         except CacheError:
             raise
         except OSError as error:
             raise metadata.unreadable(file, error) from None
         except Exception as error:  # decoders raise all kinds of them
             raise CacheError(f"{what} is damaged ({error}); run it again (--overwrite)") from None
+
+    def _is_own(self, name: str, first: int, values: NDArray[Any]) -> bool:
+        """Whether rows hold what was written there, as far as the cache has checksums that say so."""
+        if name in layout.CONSTANT:
+            expected = self._arrays[name].attrs.get("checksum")
+            return expected is None or expected == layout.checksum(name, 0, values)
+        column = None if name == layout.CHECKSUMS else self._checksums.get(name)
+        return column is None or all(
+            column[row] == layout.checksum(name, row, value) for row, value in enumerate(values, first)
+        )
+
+    @cached_property
+    def _checksums(self) -> dict[str, NDArray[np.uint32]]:
+        """Of each array that has some, one a frame."""
+        if layout.CHECKSUMS not in self._arrays:
+            return {}
+        names = cast(list[str], self._arrays[layout.CHECKSUMS].attrs["arrays"])
+        columns = self.rows(layout.CHECKSUMS, 0, self._frames).T
+        return dict(zip(names, columns, strict=True))
 
     def _constant(self, name: str) -> NDArray[Any]:
         return self.rows(name, 0, self._arrays[name].shape[0])
@@ -261,11 +284,10 @@ def _arrays(path: Path, document: dict[str, Any]) -> dict[str, zarr.Array[Any]]:
     kinds = {name: (kind, 1 + len(shape)) for name, (kind, shape) in layout.CONSTANT.items()}
     kinds |= {name: (kind, 1) for name, kind in layout.SERIES.items()}
     kinds |= {name: ("float32", 3) for name in layout.STATE}
-    further = {layout.PAST: "float32", layout.LOCAL: "float32", layout.ORIGINS: "float64"}
     store, arrays = LocalStore(path, read_only=True), {}
     try:
         nodes = document["consolidated_metadata"]["metadata"]
-        kinds |= {name: (kind, 3) for name, kind in further.items() if name in nodes}
+        kinds |= {name: kind for name, kind in layout.OPTIONAL.items() if name in nodes}
     except (KeyError, TypeError):
         raise CacheError(f"{path}: its {metadata.FILE} does not name its arrays; run it again") from None
     for name, (kind, dimensions) in kinds.items():

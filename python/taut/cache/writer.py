@@ -67,8 +67,9 @@ class CacheWriter:
         self._document = metadata.read(path)
         self._nodes: dict[str, Any] = self._document["consolidated_metadata"]["metadata"]
         self._encoded: dict[str, Buffer] = {}
-        past = [name for name in (layout.PAST, *layout.EXACT) if name in self._nodes]
-        self._arrays = {name: self._longer(name) for name in (*past, *layout.GROWING)}
+        self._arrays = {name: self._longer(name) for name in layout.growing(self._nodes)}
+        summed = self._nodes.get(layout.CHECKSUMS, {"attributes": {"arrays": []}})
+        self._summed: list[str] = summed["attributes"]["arrays"]
         self._begun = {name: self._rows_of_last_chunk(name, frames) for name in self._arrays}
         self._vertices: int = self._nodes["positions"]["shape"][1]
         self._cloths = len(self._document["attributes"]["cloths"])
@@ -168,7 +169,9 @@ class CacheWriter:
                 raise ValueError(
                     f"{name}: must be finite and of shape {(self._vertices, 3)}, not {values.shape}"
                 )
-        self._pending.append(_numbers(frame, self._cloths))
+        row = _numbers(frame, self._cloths)
+        sums = [layout.checksum(name, self.frames, row[name]) for name in self._summed]
+        self._pending.append(row | {layout.CHECKSUMS: np.array(sums, np.uint32)})
         full = sum(row["positions"].nbytes for row in self._pending) >= MOST_BYTES
         if full or time.monotonic() - self._last_commit >= self._interval:
             self.commit()
