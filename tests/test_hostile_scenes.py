@@ -1,6 +1,8 @@
 """Scenes that nobody would write: refused by name and in short, or simulated as any other."""
 
+import json
 import math
+import random
 from typing import Any
 
 import numpy as np
@@ -11,19 +13,29 @@ from tests.attack.scenes import INTEGRATORS, every_mutant, judge, mutant, mutant
 
 
 def test_a_sample_of_mutants_is_refused_by_name_or_runs_within_its_limits() -> None:
-    complaints = [complaint for scene in mutants(seed=1, count=3000) if (complaint := judge(scene))]
+    complaints = [complaint for scene in mutants(seed=1, count=3000) if (complaint := judge(scene).failure)]
     assert not complaints, "\n".join(complaints[:10])
 
 
 @pytest.mark.slow
 def test_every_field_bears_every_value() -> None:
-    complaints = [complaint for scene in every_mutant() if (complaint := judge(scene))]
+    complaints = [complaint for scene in every_mutant() if (complaint := judge(scene).failure)]
     assert not complaints, "\n".join(complaints[:10])
 
 
 def test_the_same_seed_gives_the_same_mutants() -> None:
     one, other = ([str(scene) for scene in mutants(7, 50)] for _ in range(2))
     assert one == other and len(set(one)) > 40
+
+
+def test_a_resolved_scene_reads_the_same_again() -> None:
+    dice = random.Random(3)
+    for number in (
+        3.0999999999999997e-46,
+        *(dice.random() * 10.0 ** dice.randint(-300, 1) for _ in range(300)),
+    ):
+        resolved = Scene(mutant("grid", {("wind", "gust", "strength"): number}).document).to_json()
+        assert Scene(json.loads(resolved)).to_json() == resolved
 
 
 DENSITY, PERIOD, FPS = ("cloth", 0, "density"), ("wind", "gust", "period"), ("fps",)

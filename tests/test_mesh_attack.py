@@ -16,7 +16,7 @@ from taut.formats.gltf_document import Document
 from taut.formats.triangles import cut
 
 from tests.attack.leaks import leak
-from tests.attack.meshes import FORMATS, _tree, glb, judge, mutants, prefixes, valid
+from tests.attack.meshes import FORMATS, glb, gltf_tree, judge, mutants, prefixes, valid
 
 MUTANTS = 400
 """Of each format [1]; a longer attack has more."""
@@ -92,7 +92,7 @@ def test_errors_that_quote_others_are_found() -> None:
 
 
 def changed(place: str, index: int, **values: Any) -> bytes:
-    tree = _tree(None, 78)
+    tree = gltf_tree(None, 78)
     tree[place][index].update(values)
     return glb(tree)
 
@@ -138,6 +138,12 @@ def test_what_was_found_once(tmp_path: Path, name: str) -> None:
         read_mesh(path)
 
 
+@pytest.mark.filterwarnings("error")
+def test_matrices_of_tiny_numbers_are_read_silently(tmp_path: Path) -> None:
+    tiny = [3e-320, 0, 0, 0, 0, 1e-320, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+    assert judge(written(tmp_path, changed("nodes", 1, matrix=tiny), "glb")) is None
+
+
 @pytest.mark.parametrize("deep", [True, False])
 def test_nodes_are_looked_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, deep: bool) -> None:
     count, asked, entry = 5000, [], Document.entry
@@ -146,7 +152,7 @@ def test_nodes_are_looked_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         asked.append(kind)
         return entry(self, kind, index, asking)
 
-    tree = _tree(None, 78)
+    tree = gltf_tree(None, 78)
     children = [[node + 1] if node + 1 < count else [] for node in range(count)] if deep else [[]] * count
     tree["nodes"] = [{"mesh": 0, "translation": [0, 0, 1], "children": below} for below in children]
     tree["scenes"][0]["nodes"] = [0] if deep else list(range(count))

@@ -14,6 +14,7 @@ class Fields(Attack):
 
     name: ClassVar[str] = "scenes"
     promise: ClassVar[str] = "scenes with numbers of every size: simulated, or refused by name"
+    unit: ClassVar[str] = "springs"
     seconds: ClassVar[float] = 120.0
     short: ClassVar[int] = 100
 
@@ -24,4 +25,4 @@ class Fields(Attack):
 
     def judge(self, case: Case) -> Outcome:
         changes = {tuple(path): value for path, value in case["changes"]}
-        return Outcome(failure=judge(mutant(case["base"], changes, case["solver"])) or "")
+        return judge(mutant(case["base"], changes, case["solver"]))

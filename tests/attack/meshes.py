@@ -129,7 +129,7 @@ def _stl() -> Iterator[bytes]:
     yield (text + "endsolid cloth\n").encode()
 
 
-def _tree(uri: str | None, size: int) -> dict[str, Any]:
+def gltf_tree(uri: str | None, size: int) -> dict[str, Any]:
     strip = {"attributes": {"POSITION": 0}, "indices": 2, "mode": 5}
     lines = {"attributes": {"POSITION": 0}, "mode": 1}
     return {
@@ -163,7 +163,7 @@ _DATA = struct.pack("<15f9H", *sum(PLACES, ()), *sum(FACES, ()))
 
 def _gltf() -> Iterator[bytes]:
     uri = "data:application/octet-stream;base64," + base64.b64encode(_DATA).decode()
-    yield json.dumps(_tree(uri, len(_DATA)), indent=1).encode()
+    yield json.dumps(gltf_tree(uri, len(_DATA)), indent=1).encode()
 
 
 def glb(tree: Any, data: bytes = _DATA) -> bytes:
@@ -176,7 +176,7 @@ def glb(tree: Any, data: bytes = _DATA) -> bytes:
 
 
 def _glb() -> Iterator[bytes]:
-    yield glb(_tree(None, len(_DATA)))
+    yield glb(gltf_tree(None, len(_DATA)))
 
 
 _MAKERS = {"obj": _obj, "ply": _ply, "stl": _stl, "off": _off, "glb": _glb, "gltf": _gltf}
@@ -259,7 +259,7 @@ def _replanted(chance: random.Random, extension: str, content: bytes) -> bytes:
     """Another value somewhere in the JSON of a glTF file; other files get another number."""
     if extension not in ("glb", "gltf"):
         return _renumbered(chance, extension, content)
-    tree = _tree(None, len(_DATA)) if extension == "glb" else json.loads(next(_gltf()))
+    tree = gltf_tree(None, len(_DATA)) if extension == "glb" else json.loads(next(_gltf()))
     for _ in range(chance.choice((1, 1, 2, 3))):
         branch, key = chance.choice(list(_leaves(tree)))
         value = chance.choice(VALUES)

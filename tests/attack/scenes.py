@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from taut import Scene, SceneError, Simulation
 
+from tests.attack.frame import Outcome
+
 PATIENCE = 5.0
 """A scene of a few vertices may take so long to be built and to make a few steps [s]."""
 
@@ -249,8 +251,8 @@ def _drawn(random_: random.Random, given: Any, values: tuple[Any, ...]) -> Any:
     return round(min(scaled, 40 * given)) if type(given) is int else scaled  # few cells keep scenes fast
 
 
-def judge(scene: Mutant) -> str | None:
-    """What is wrong with what becomes of a scene, if anything: a sentence.
+def judge(scene: Mutant) -> Outcome:
+    """What becomes of a scene.
 
     It is to be refused with an error that names the field, in a few lines; or to make a few steps in bounded
     time, with finite places and, under ``coarse_to_fine``, no spring over its limit.
@@ -262,14 +264,14 @@ def judge(scene: Mutant) -> str | None:
             simulation.step()
             _check_time(began)
     except SceneError as error:
-        return _judge_refusal(scene, str(error))
+        return Outcome(_wrong_with_refusal(scene, str(error)), refused=True)
     except Exception as error:
-        return f"{scene}: {type(error).__name__}: {error}"[:400]
+        return Outcome(f"{scene}: {type(error).__name__}: {error}"[:400])
     try:
         _check_time(began)
     except TimeoutError as error:
-        return f"{scene}: {error}"
-    return _judge_state(scene, simulation)
+        return Outcome(f"{scene}: {error}")
+    return Outcome(_wrong_with_state(scene, simulation), looked_at=len(simulation.springs))
 
 
 def _scene(scene: Mutant) -> Scene:
@@ -285,7 +287,7 @@ def _check_time(began: float) -> None:
         raise TimeoutError(f"took {took:.1f} s")
 
 
-def _judge_refusal(scene: Mutant, message: str) -> str | None:
+def _wrong_with_refusal(scene: Mutant, message: str) -> str:
     if len(message) > LONGEST:
         return f"{scene}: is refused in {len(message)} letters: {message[:100]} .."
     if "\n" in message or "did you mean `" in message and not re.search(r"did you mean `\w+`\?", message):
@@ -294,10 +296,10 @@ def _judge_refusal(scene: Mutant, message: str) -> str | None:
     names = {re.sub(r"(?<!^cloth)\[\d+\].*", "", field) for field in scene.fields}
     if not any(name in message for name in names):
         return f"{scene}: is refused without its name: {message}"
-    return None
+    return ""
 
 
-def _judge_state(scene: Mutant, simulation: Simulation) -> str | None:
+def _wrong_with_state(scene: Mutant, simulation: Simulation) -> str:
     places, report = simulation.local_positions, simulation.report
     if not (np.isfinite(places).all() and np.isfinite(simulation.velocities).all()):
         return f"{scene}: is not finite"
@@ -305,7 +307,7 @@ def _judge_state(scene: Mutant, simulation: Simulation) -> str | None:
     if not np.isfinite(energies).all():
         return f"{scene}: its energies are {energies}"
     if scene.document["solver"].get("filter", "coarse_to_fine") != "coarse_to_fine":
-        return None
+        return ""
     ends = places[simulation.springs].astype(np.float64)
     stretch = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) / simulation.rest_length - 1
     held = simulation.pinned[simulation.springs].all(axis=1)
@@ -313,7 +315,7 @@ def _judge_state(scene: Mutant, simulation: Simulation) -> str | None:
     over = (stretch - limits)[~held & np.isfinite(limits)]
     if over.size and not over.max() <= ROUNDING:
         return f"{scene}: a spring is {over.max()} over its limit"
-    return None
+    return ""
 
 
 def _limits(document: dict[str, Any], simulation: Simulation) -> NDArray[np.float64]:

@@ -57,7 +57,8 @@ def _read(document: Document) -> Polygons:
     if triangles == 0:
         raise refusal(document.name, "holds no faces in its scene", "export the mesh with its faces")
     places, faces, first = [], [], 0
-    turned = np.linalg.det(np.array([matrix[:3, :3] for _, matrix in found])) < 0
+    with np.errstate(all="ignore"):  # a matrix of numbers near 0 turns nothing
+        turned = np.linalg.det(np.array([matrix[:3, :3] for _, matrix in found])) < 0
     for (mesh, matrix), turns in zip(found, turned, strict=True):
         for place, corners in meshes[mesh]:
             places.append(place @ matrix[:3, :3].T + matrix[:3, 3])
