@@ -97,6 +97,8 @@ class Run:
     """Whether pins left their paths, or vertices that are held lie among them."""
     runs_away: bool = False
     """Whether it was told to take steps that nothing keeps from growing."""
+    forced: bool = False
+    """Whether its steps were forced: longer ones than the stability bound propose what nobody can tell from motion."""
     failure: str = ""
     hash: str = ""
 
@@ -130,6 +132,7 @@ def simulated(case: Case) -> Run | None:
     run.touched = moving or changing or bool(case["hands"])
     solver = document["solver"]
     reasons = solver["force_step"], solver["integrator"] in EXPLICIT
+    run.forced = solver["force_step"]
     run.runs_away = all(reasons) or (any(reasons) and solver["filter"] != "coarse_to_fine")
     try:
         if case["hands"] or not case["record"]:
@@ -302,6 +305,7 @@ def motion(run: Run) -> str:
     """Motion that was lost without need."""
     if (
         run.touched
+        or run.forced
         or run.runs_away
         or run.document["solver"]["filter"] != "coarse_to_fine"
         or run.lost <= LOST

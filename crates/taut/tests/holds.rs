@@ -202,7 +202,10 @@ fn lengths_that_no_step_can_have_are_refused() {
     for dt in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
         let failure = run.try_steps(1, dt).expect_err("no length");
         let text = failure.to_string();
-        assert!(matches!(failure, Failure::BadLength(_)) && text.contains("dt =") && text.contains("must be 1e-12 s or more"), "{text}");
+        assert!(
+            matches!(failure, Failure::BadLength(_)) && text.contains("dt =") && text.contains("must be 1e-12 s or more"),
+            "{text}"
+        );
     }
     assert_eq!(run.state, before);
 }

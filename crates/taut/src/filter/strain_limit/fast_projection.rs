@@ -6,9 +6,7 @@
 //!
 //! (J W J^T) m = C(P), P <- P - W J^T m, with J = dC/dP at the iterate and W the inverse masses
 //!
-//! (their h^2 is taken into m): a sparse, symmetric, positive definite system, whose pattern never changes. It is ordered
-//! and analysed once, and factorised anew in each iteration, on one thread and in double precision (faer, simplicial
-//! Cholesky: scalar code without fused operations, the same bits everywhere).
+//! (their h^2 is taken into m), solved directly (multipliers.rs).
 //!
 //! *What is constrained.* Warp and weft, as in the paper: the structural springs of grids, of quads and of networks.
 //! Shear springs stay springs. With every edge of a triangle mesh constrained there are about as many constraints as
@@ -22,23 +20,17 @@
 //! there. The diagonal is made a little larger, and a step that makes the constraints worse, in the sum of their squares,
 //! is halved. Elsewhere both do nothing.
 
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
-use faer::{Conj, MatMut, Par, Side};
 use glam::DVec3;
 
 use super::StrainLimit;
+use super::multipliers::System;
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
-use crate::model::{Adjacency, ClothRange, Model};
+use crate::model::{ClothRange, Model};
 use crate::scene::FilterKind;
 use crate::schedule::Stride;
 use crate::state::State;
 
-/// Added to the diagonal, as a part of it.
-const SOFTNESS: f64 = 1e-6;
 /// A Newton step is halved at most so many times.
 const MOST_HALVINGS: u32 = 6;
 /// Positions are rounded to single precision; threads that are off their length by less are left alone.
@@ -121,7 +113,7 @@ impl Threads {
         let weights: Vec<f64> = cloth.particles().map(|particle| weight(particle as u32)).collect();
         Some(Self {
             first: cloth.first,
-            system: System::new(&threads, &weights)?,
+            system: System::new(threads.iter().map(|thread| thread.ends), &weights)?,
             p: vec![DVec3::ZERO; cloth.count],
             start: vec![DVec3::ZERO; cloth.count],
             before: vec![DVec3::ZERO; cloth.count],
@@ -173,7 +165,7 @@ impl Threads {
 
     /// One Newton step, as far along as it makes things better; none if it does not, or if something is not finite.
     fn project(&mut self, off: Off) -> Option<Off> {
-        if !self.system.solve(&self.slope, &mut self.multipliers) {
+        if !self.system.solve(&self.slope, None, &mut self.multipliers) {
             return None;
         }
         self.before.copy_from_slice(&self.p);
@@ -206,83 +198,5 @@ impl Threads {
             ends.set(particle, p.as_vec3());
             state.velocities.set(particle, state.velocities.get(particle) + ((*p - *start) / step).as_vec3());
         }
-    }
-}
-
-/// J W J^T, its pattern, and its Cholesky factor.
-struct System {
-    pattern: SymbolicSparseColMat<u32>,
-    /// What each entry of the upper triangle is made of, column by column.
-    entries: Vec<Entry>,
-    values: Vec<f64>,
-    analysis: SymbolicCholesky<u32>,
-    factor: Vec<f64>,
-    workspace: MemBuffer,
-}
-
-/// Twice the slopes of two threads multiplied, times this weight.
-struct Entry {
-    threads: [u32; 2],
-    weight: f64,
-}
-
-impl System {
-    /// The system of some threads; none if there are none.
-    fn new(threads: &[Thread], weights: &[f64]) -> Option<Self> {
-        let count = threads.len();
-        let numbered = || (0_u32..).zip(threads);
-        let signed = |(index, thread): (u32, &Thread)| [(thread.ends[0], (index, -1.0)), (thread.ends[1], (index, 1.0))];
-        let around = Adjacency::new(weights.len(), numbered().flat_map(signed));
-        let mut entries = Vec::new();
-        let mut columns = vec![0];
-        for (index, thread) in numbered() {
-            let mut column: Vec<Entry> = Vec::new();
-            for (end, sign) in thread.ends.into_iter().zip([-1.0, 1.0]) {
-                let others = around.of(end as usize).iter().filter(|(other, _)| *other < index);
-                let weight = weights[end as usize];
-                column.extend(others.map(|&(other, its)| Entry { threads: [other, index], weight: 4.0 * weight * sign * its }));
-            }
-            let [u, v] = thread.ends.map(|end| weights[end as usize]);
-            column.push(Entry { threads: [index, index], weight: 4.0 * (u + v) * (1.0 + SOFTNESS) });
-            column.retain(|entry| entry.weight != 0.0);
-            column.sort_by_key(|entry| entry.threads[0]);
-            entries.append(&mut column);
-            columns.push(entries.len() as u32);
-        }
-        let rows = entries.iter().map(|entry: &Entry| entry.threads[0]).collect();
-        let pattern = SymbolicSparseColMat::new_checked(count, count, columns, None, rows);
-        let parameters = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-            ..Default::default()
-        };
-        let analysis = factorize_symbolic_cholesky(pattern.as_ref(), Side::Upper, SymmetricOrdering::Amd, parameters).ok()?;
-        let workspace = MemBuffer::new(StackReq::any_of(&[
-            analysis.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
-            analysis.solve_in_place_scratch::<f64>(1, Par::Seq),
-        ]));
-        let (values, factor) = (vec![0.0; entries.len()], vec![0.0; analysis.len_val()]);
-        (count > 0).then_some(Self { pattern, entries, values, analysis, factor, workspace })
-    }
-
-    /// Replaces C by the solution m; false if the matrix is not positive definite.
-    fn solve(&mut self, slope: &[DVec3], c: &mut [f64]) -> bool {
-        for (value, Entry { threads: [a, b], weight }) in self.values.iter_mut().zip(&self.entries) {
-            *value = weight * slope[*a as usize].dot(slope[*b as usize]);
-        }
-        let matrix = SparseColMatRef::new(self.pattern.as_ref(), &self.values);
-        let factor = self.analysis.factorize_numeric_llt(
-            &mut self.factor,
-            matrix,
-            Side::Upper,
-            Default::default(),
-            Par::Seq,
-            MemStack::new(&mut self.workspace),
-            Default::default(),
-        );
-        let Ok(factor) = factor else { return false };
-        let count = c.len();
-        let right = MatMut::from_column_major_slice_mut(c, count, 1);
-        factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, MemStack::new(&mut self.workspace));
-        true
     }
 }

@@ -5,6 +5,7 @@
 mod coarse_to_fine;
 mod coloured;
 mod fast_projection;
+mod multipliers;
 mod none;
 mod provot;
 mod rods;

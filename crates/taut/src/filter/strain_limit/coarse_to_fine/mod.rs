@@ -6,6 +6,7 @@
 //! measures the very positions that will be written (docs/equations.md, "Coarse to fine").
 
 mod certificate;
+mod direct;
 mod finish;
 mod general;
 mod impulse;
@@ -22,6 +23,7 @@ use crate::model::{ClothRange, Model};
 use crate::schedule::{Plan, Stride};
 use crate::state::{Calm, State, measure};
 use certificate::Certificate;
+use direct::Direct;
 use finish::Finish;
 use motion::Motion;
 
@@ -42,6 +44,12 @@ const HELD: [f64; 2] = [0.2, 0.6];
 const LEAST_ROOM: f32 = 0.5;
 /// .. to which they come little by little, by this part of the difference in a step, since a jump would be seen.
 const PACE: f32 = 0.05;
+/// Cycles that make this times the kinetic energy of the proposed step have pulled further than it moves: steps of stiff, light cloth that
+/// bears something heavy are short, and their motion is a small part of the back-off. Small cloths are solved directly then ..
+const RAISED: f64 = 2.0;
+/// .. and this part of the room is left, down to what is as good as none.
+const SHRINK: f32 = 0.25;
+const NO_ROOM: f32 = 1e-3;
 /// Coarse levels are swept twice: they carry the loads, and all of them together have fewer springs than half the finest ..
 const COARSE_SWEEPS: usize = 2;
 /// .. and those with at most so many particles cost nothing.
@@ -93,6 +101,8 @@ struct Cycle {
     enough: f32,
     /// More cycles will follow: a measure is not wanted, unless all is done already.
     is_sure: bool,
+    /// No more cycles will follow: a measure is wanted in any case.
+    is_last: bool,
     /// The cloth hangs calm.
     is_calm: bool,
 }
@@ -111,6 +121,8 @@ trait Levels: Send {
     fn over(&self, enough: f32, visit: &mut dyn FnMut([usize; 2]));
     /// From where one particle ends so far to where another does [m].
     fn between(&self, from: usize, to: usize) -> Vec3;
+    /// How far a particle goes so far [m].
+    fn displacement(&self, particle: usize) -> Vec3;
     /// Moves the end of a particle [m].
     fn shift(&mut self, particle: usize, way: Vec3);
     /// Takes the corrected ends for the displacements.
@@ -129,6 +141,7 @@ struct Unit {
     certificate: Certificate,
     levels: Box<dyn Levels>,
     finish: Finish,
+    direct: Option<Direct>,
     /// So few springs over their limit are put right one by one after so many cycles.
     few: usize,
     at_least: u32,
@@ -188,6 +201,7 @@ impl Unit {
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),
             finish: Finish::new(model, cloth),
+            direct: Direct::new(model, cloth),
             at_least: if is_heavy { AT_LEAST_IF_HEAVY } else { AT_LEAST },
             few: (FEW * cloth.springs.len() as f32) as usize,
             shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
@@ -217,40 +231,35 @@ impl Unit {
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
         let enough = self.enough(&state.positions, pool);
-        let mut since_restart = 0_u8;
+        let (mut since_restart, mut is_done) = (0_u8, false);
         while limited.sweeps < model.solver.iterations() {
             let is_sure = limited.sweeps + 1 < at_least;
-            let left = self.levels.cycle(Cycle { since_restart, enough, is_sure, is_calm: at_least > 0 }, pool);
+            let is_last = limited.sweeps + 1 == model.solver.iterations();
+            let left = self.levels.cycle(Cycle { since_restart, enough, is_sure, is_last, is_calm: at_least > 0 }, pool);
             limited.sweeps += 1;
             since_restart =
                 if left.is_some_and(|left| left.worst > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
             let Some(left) = left else { continue };
             worst = left.worst;
             let few = limited.sweeps >= self.at_least && left.over <= self.few;
-            let is_last = limited.sweeps == model.solver.iterations();
             let finishes = left.over > 0 && (few || is_last);
-            if worst <= enough || finishes && self.finish.run(&mut *self.levels, enough) {
+            is_done = worst <= enough || finishes && self.finish.run(&mut *self.levels, enough);
+            if is_done {
                 break;
             }
         }
-        self.levels.settle(pool);
-        if let Some(frame) = frame.filter(|_| self.certificate.is_free()) {
-            // What was put right one by one must not add up to a momentum.
-            let mut motion = self.levels.motion();
-            let astray = frame - motion.mean();
-            motion.shift(astray);
+        let mut left_of_energy = self.settle(frame, energy, pool);
+        if let Some(direct) = self.direct.as_mut().filter(|_| !is_done || left_of_energy > RAISED)
+            && direct.run(&mut *self.levels, &state.positions, ends, enough)
+        {
+            left_of_energy = self.settle(frame, energy, pool);
         }
-        let mut left_of_energy = 1.0;
-        if let (Some(frame), Some(before)) = (frame, energy) {
-            // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is. It is not where a limit
-            // has tightened, and what pulls the cloth within it does work.
-            let after = self.levels.motion().energy(frame, &mut self.energies, pool);
-            left_of_energy = after / before;
-            let tightened =
-                stride.inputs.limits[self.index].changes() && measure(model, &self.cloth, &state.positions, pool).worst > 1.0;
-            if after > before && !tightened {
-                self.levels.motion().slow_down(frame, (before / after).sqrt() as f32);
-            }
+        // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is. It is not where a limit
+        // has tightened, and what pulls the cloth within it does work.
+        let tightened =
+            || stride.inputs.limits[self.index].changes() && measure(model, &self.cloth, &state.positions, pool).worst > 1.0;
+        if let Some(frame) = frame.filter(|_| left_of_energy > 1.0 && !tightened()) {
+            self.levels.motion().slow_down(frame, left_of_energy.recip().sqrt() as f32);
         }
         let cycles = cycles_from_now(at_least, limited.sweeps, left_of_energy < CALM);
         state.calm[self.index] = Calm { cycles, room: room_from_now(room, left_of_energy) };
@@ -262,6 +271,19 @@ impl Unit {
         limited.lost_motion = verdict.lost_motion;
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
+    }
+
+    /// Takes the corrected ends for the displacements. Returns what is left of the kinetic energy in the `frame`, which was `before`.
+    fn settle(&mut self, frame: Option<Vec3>, before: Option<f64>, pool: &Pool) -> f64 {
+        self.levels.settle(pool);
+        let mut motion = self.levels.motion();
+        let (Some(frame), Some(before)) = (frame, before) else { return 1.0 };
+        if self.certificate.is_free() {
+            // What was put right one by one must not add up to a momentum.
+            let astray = frame - motion.mean();
+            motion.shift(astray);
+        }
+        motion.energy(frame, &mut self.energies, pool) / before
     }
 
     /// Part of R below which the levels are done: the ends of the step will be rounded once more.
@@ -291,6 +313,9 @@ fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
 
 /// The room of coarse levels in the next step, after one with `room` whose limit left such a part of its kinetic energy.
 fn room_from_now(room: f32, left_of_energy: f64) -> f32 {
+    if left_of_energy > RAISED {
+        return (SHRINK * room).max(NO_ROOM);
+    }
     let freedom = ((left_of_energy - HELD[0]) / (HELD[1] - HELD[0])).clamp(0.0, 1.0) as f32;
     room + PACE * (LEAST_ROOM + (1.0 - LEAST_ROOM) * freedom - room)
 }

@@ -157,7 +157,7 @@ impl Levels for GeneralLevels {
         self.solved = false;
     }
 
-    fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {
+    fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_last, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {
         if let (Some(forest), false) = (&mut self.forest, self.solved) {
             self.solved = true;
             forest.correct(&self.x, &mut self.corrected, enough);
@@ -181,7 +181,7 @@ impl Levels for GeneralLevels {
         }
         self.levels[0].moved.fill(false);
         self.sweep_finest(true, pool);
-        if is_sure || self.unmeasured > 0 {
+        if !is_last && (is_sure || self.unmeasured > 0) {
             self.unmeasured = self.unmeasured.saturating_sub(1);
             return None;
         }
@@ -215,6 +215,10 @@ impl Levels for GeneralLevels {
     fn between(&self, from: usize, to: usize) -> Vec3 {
         let ([from, to], d) = ([from, to].map(|particle| self.places[particle] as usize), &self.levels[0].d);
         ((self.x[to] - self.x[from]) + (d[to] - d[from])).xyz()
+    }
+
+    fn displacement(&self, particle: usize) -> Vec3 {
+        self.levels[0].d[self.places[particle] as usize].xyz()
     }
 
     fn shift(&mut self, particle: usize, way: Vec3) {

@@ -154,7 +154,7 @@ impl Levels for LatticeLevels {
         self.unmeasured = 0;
     }
 
-    fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {
+    fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_last, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {
         // Only the finest level goes on: coarser ones begin where it is.
         let momentum = momentum(since_restart, is_calm);
         for index in 1..self.levels.len() {
@@ -171,7 +171,7 @@ impl Levels for LatticeLevels {
             prolong(&mut fine[index - 1], ahead, &coarse[0], &mut self.sampled[index], pool);
         }
         self.sweep(0, pool);
-        if is_sure || self.unmeasured > 0 {
+        if !is_last && (is_sure || self.unmeasured > 0) {
             self.unmeasured = self.unmeasured.saturating_sub(1);
             return None;
         }
@@ -203,6 +203,12 @@ impl Levels for LatticeLevels {
     fn between(&self, from: usize, to: usize) -> Vec3 {
         let finest = &self.levels[0];
         finest.p.get(finest.place_of(to)) - finest.p.get(finest.place_of(from))
+    }
+
+    fn displacement(&self, particle: usize) -> Vec3 {
+        let Level { x, p, .. } = &self.levels[0];
+        let place = self.levels[0].place_of(particle);
+        p.get(place) - x.get(place)
     }
 
     fn shift(&mut self, particle: usize, way: Vec3) {
