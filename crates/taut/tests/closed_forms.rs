@@ -3,9 +3,10 @@
 
 mod common;
 
-use common::{Simulation, chain_links, network, scene_of};
+use common::{Simulation, chain_links, mesh_scene, network, scene_of};
 use glam::Vec3;
 use serde_json::{Value, json};
+use taut::model::MeshData;
 
 const G: f64 = 9.81;
 
@@ -277,4 +278,55 @@ fn the_literal_method_freezes_a_taut_pendulum_and_sweeps_do_not() {
         assert_eq!(fallen > 0.5, swings, "{filter}: fell {fallen} m in half a second");
         assert!(swings || fallen < 1e-3, "{filter}: fell {fallen} m in half a second");
     }
+}
+
+#[test]
+fn a_strip_that_bears_something_heavy_swings_as_a_pendulum() {
+    // Hundreds to thousands of times the mass of the cloth; let go where it is level, a pendulum needs K(1/2) sqrt(l / g) to its lowest place.
+    const ELLIPTIC: f64 = 1.854_074_677;
+    for (source, size, cells, mass, limit) in [
+        ("grid", [0.3, 0.3], [16, 3], 2.0, 0.01),
+        ("grid", [0.2, 0.05], [20, 6], 0.5, 0.05),
+        ("grid", [0.5, 0.1], [10, 2], 0.5, 0.01),
+        ("mesh", [0.3, 0.06], [16, 3], 2.0, 0.01),
+        ("mesh", [0.1, 0.02], [10, 2], 0.1, 0.005),
+    ] {
+        let (length, place) = (size[0], format!("{source} {cells:?} {mass} kg"));
+        let column = |x: u32| (0..=cells[1]).map(|y| y * (cells[0] + 1) + x).collect::<Vec<u32>>();
+        let mut cloth = json!({
+            "grid": { "size": size, "cells": cells, "axes": ["x", "y"] }, "fabric": "cotton", "strain_limit": limit,
+            "pins": [{ "vertices": column(0) }], "weights": [{ "vertices": column(cells[0]), "mass": mass }],
+        });
+        let mut run = if source == "grid" {
+            Simulation::new(&json!({ "cloth": [cloth] }))
+        } else {
+            cloth.as_object_mut().expect("a cloth").remove("grid");
+            Simulation::of(mesh_scene(json!({}), cloth, strip(size, cells)))
+        };
+        let bob = run.model.numbering.particle(cells[0]) as usize;
+        let (mut time, mut lost) = (0.0, 0.0_f64);
+        let quarter = ELLIPTIC * (length * (1.0 + 0.5 * limit) / G).sqrt();
+        while run.state.positions.x[bob] > 0.0 && time < 2.0 * quarter {
+            lost = lost.max(run.steps(1).lost_motion);
+            time += run.step_length();
+        }
+        assert!((time / quarter - 1.0).abs() < 0.06, "{place}: at its lowest place after {time} s instead of {quarter} s");
+        assert!(lost < 0.01, "{place}: lost {lost} of its motion");
+    }
+}
+
+/// A strip of triangles, cells cut either way.
+fn strip(size: [f64; 2], cells: [u32; 2]) -> MeshData {
+    let mut mesh = MeshData::default();
+    for vertex in 0..(cells[0] + 1) * (cells[1] + 1) {
+        let [x, y] = [vertex % (cells[0] + 1), vertex / (cells[0] + 1)].map(f64::from);
+        mesh.vertices.push([size[0] * x / f64::from(cells[0]), size[1] * y / f64::from(cells[1]), 0.0]);
+    }
+    for cell in 0..cells[0] * cells[1] {
+        let a = i64::from(cell / cells[0] * (cells[0] + 1) + cell % cells[0]);
+        let [b, c, d] = [a + 1, a + i64::from(cells[0]) + 2, a + i64::from(cells[0]) + 1];
+        mesh.corners.extend(if cell % 2 == 0 { [a, b, c, a, c, d] } else { [a, b, d, b, c, d] });
+        mesh.counts.extend([3, 3]);
+    }
+    mesh
 }

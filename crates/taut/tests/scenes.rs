@@ -84,7 +84,7 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
             grid(|s| s["cloth"][0]["weights"] = json!([{ "vertices": [3], "mas": 1 }])),
             &["weights[0].mas: no such field; did you mean `mass`?"],
         ),
-        (grid(|s| s["solver"]["\u{1b}[2Jfilter"] = json!("none")), &["scene.solver.\\u{1b}[2Jfilter: no such field"]),
+        (grid(|s| s["solver"]["\u{1b}[2Jfilter"] = json!("none")), &["scene.solver.\"\\u001b[2Jfilter\": no such field"]),
         (grid(|s| s["solver"]["f".repeat(100_000)] = json!("none")), &["fff...: no such field; allowed: substeps"]),
         (
             grid(|s| s["solver"]["filter"] = json!("n".repeat(100_000))),

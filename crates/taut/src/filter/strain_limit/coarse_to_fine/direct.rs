@@ -5,8 +5,9 @@
 //! multiplier m >= 0 for each spring: that of fast projection (Goldenthal et al. 2007), but for limits that need not be reached. Springs
 //! are held to their aims along the directions that cycles found, which is a convex problem, solved by projected Newton steps in the
 //! multipliers (Bertsekas, SIAM J. Control Optim. 20(2), 1982): those that would push are zero, the others are solved for at once. Where springs
-//! have turned on the way, directions are taken anew and what was found is projected once more. X is within the aims, so each
-//! projection brings the cloth nearer to X, and kinetic energy does not rise.
+//! have turned on the way, directions are taken anew and what was found is projected once more: no longer quite the nearest place. X is
+//! within the aims, so each projection brings the cloth nearer to X, and kinetic energy does not rise. A light point between two
+//! heavy ones may turn its springs again and again; then nothing is found, and the certificate shortens the step.
 //!
 //! Small cloths alone have one: the time of a factorisation grows faster than the number of springs.
 
@@ -192,5 +193,101 @@ impl Spring {
     fn way(&self, start: DVec3, went: &[DVec3]) -> DVec3 {
         let [u, v] = self.ends.map(|end| went[end as usize]);
         start + (v - u)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::iter::zip;
+
+    use serde_json::json;
+
+    use super::super::general::GeneralLevels;
+    use super::*;
+    use crate::geometry::Pool;
+    use crate::scene::Scene;
+
+    const SIDE: usize = 4;
+
+    /// A net of squares with both diagonals, its first point held, some of the others heavy.
+    fn net(masses: &[f64]) -> Model {
+        let points: Vec<[f64; 3]> =
+            (0..SIDE * SIDE).map(|point| [0.1 * (point % SIDE) as f64, 0.1 * (point / SIDE) as f64, 0.0]).collect();
+        let near = |a: usize, b: usize| (a % SIDE).abs_diff(b % SIDE) <= 1 && (a / SIDE).abs_diff(b / SIDE) <= 1;
+        let links: Vec<[usize; 2]> =
+            (0..points.len()).flat_map(|b| (0..b).map(move |a| [a, b])).filter(|&[a, b]| near(a, b)).collect();
+        let net = json!({ "points": points, "links": links, "mass": masses });
+        let cloth = json!({ "network": net, "strain_limit": 0.05, "pins": [{ "vertices": [0] }] });
+        let scene = Scene::from_json(&json!({ "cloth": [cloth] }).to_string()).expect("a valid scene");
+        Model::build(&scene, &BTreeMap::new()).expect("a model")
+    }
+
+    /// The nearest places within balls, by Dykstra's projections: one spring after the other, each taken back before it is put right again.
+    fn nearest(model: &Model, mut places: Vec<DVec3>, aims: &[f64]) -> Vec<DVec3> {
+        let mut pulls = vec![[DVec3::ZERO; 2]; aims.len()];
+        for _ in 0..20_000 {
+            for ((ends, &aim), pull) in model.springs.ends.iter().zip(aims).zip(&mut pulls) {
+                let [u, v] = ends.map(|end| end as usize);
+                let [a, b] = ends.map(|end| f64::from(model.particles.inverse_mass[end as usize]));
+                (places[u], places[v]) = (places[u] - pull[0], places[v] - pull[1]);
+                let way = places[v] - places[u];
+                let over = (1.0 - aim / way.length()).max(0.0) / (a + b);
+                *pull = [way * (over * a), way * (-over * b)];
+                (places[u], places[v]) = (places[u] + pull[0], places[v] + pull[1]);
+            }
+        }
+        places
+    }
+
+    #[test]
+    fn what_is_found_is_the_nearest_place_within_the_limits() {
+        const ENOUGH: f32 = 1.0 - 2e-5;
+        const TRIALS: usize = 60;
+        let pool = Pool::new(1);
+        let mut dice =
+            (1_u64..).map(|seed| (xxhash_rust::xxh3::xxh3_64(&seed.to_le_bytes()) >> 11) as f64 / (1_u64 << 53) as f64);
+        let mut dice = || dice.next().expect("no end");
+        let (mut solved, mut nearly_nearest) = (0, 0);
+        for trial in 0..TRIALS {
+            let heavy: Vec<f64> = (0..SIDE * SIDE).map(|_| if dice() < 0.25 { 0.3 * dice() } else { 1e-4 }).collect();
+            let model = net(&heavy);
+            let start = &model.particles.rest;
+            let mut ends = start.clone();
+            for particle in (0..start.len()).filter(|particle| model.particles.inverse_mass[*particle] > 0.0) {
+                let way = DVec3::new(dice(), dice(), dice()) - 0.5;
+                ends.set(particle, start.get(particle) + 0.02 * way.as_vec3());
+            }
+            let hierarchy = model.cloths[0].hierarchy.expect("a network has one");
+            let mut levels = GeneralLevels::new(&model.hierarchies[hierarchy], &model.cloths[0], 0.05, 0.01);
+            levels.load(start, &ends, 1.0, &pool);
+            let mut direct = Direct::new(&model, &model.cloths[0]).expect("a small cloth");
+            let before: Vec<_> = (0..start.len()).map(|particle| levels.displacement(particle)).collect();
+            let is_solved = direct.run(&mut levels, start, &ends, ENOUGH);
+            let after: Vec<_> = (0..start.len()).map(|particle| levels.displacement(particle)).collect();
+            if !is_solved {
+                assert_eq!(before, after, "trial {trial}: nothing has changed");
+                continue;
+            }
+            solved += 1;
+            let [proposed, found] = [&before, &after].map(|ways| -> Vec<DVec3> {
+                start.iter().zip(ways).map(|(start, way)| start.as_dvec3() + way.as_dvec3()).collect()
+            });
+            let work = |places: &[DVec3], others: &[DVec3]| -> f64 {
+                let moves = zip(zip(places, others), &model.particles.mass).filter(|(_, mass)| mass.is_finite());
+                moves.map(|((place, other), mass)| f64::from(*mass) * place.distance_squared(*other)).sum()
+            };
+            let at_start: Vec<DVec3> = start.iter().map(|place| place.as_dvec3()).collect();
+            for (spring, ends) in model.springs.ends.iter().enumerate() {
+                let [u, v] = ends.map(|end| found[end as usize]);
+                assert!(u.distance(v) <= f64::from(model.springs.greatest_length(spring)), "trial {trial}: spring {spring}");
+            }
+            let energy = |places: &[DVec3]| work(places, &at_start);
+            assert!(energy(&found) <= energy(&proposed) * (1.0 + 1e-6), "trial {trial} gains energy");
+            let least = work(&nearest(&model, proposed.clone(), &direct.aims), &proposed);
+            nearly_nearest += usize::from(work(&found, &proposed) <= 1.01 * least + 1e-13);
+        }
+        assert!(10 * solved >= 9 * TRIALS, "{solved} of {TRIALS} were solved");
+        assert!(10 * nearly_nearest >= 8 * solved, "{nearly_nearest} of {solved} were the nearest");
     }
 }
