@@ -21,8 +21,8 @@ use crate::model::{ClothRange, Model};
 /// Cloths with more springs have none.
 const MOST_SPRINGS: usize = 6000;
 /// Directions are taken so many times at most, with so many Newton steps each, each of them halved so many times.
-const TURNS: usize = 10;
-const ROUNDS: usize = 20;
+const TURNS: usize = 6;
+const ROUNDS: usize = 15;
 const HALVINGS: usize = 20;
 /// What a spring may be too long along its direction after that, as a part of R [1].
 const EXACT: f64 = 2e-6;

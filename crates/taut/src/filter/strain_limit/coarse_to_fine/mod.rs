@@ -249,7 +249,8 @@ impl Unit {
             }
         }
         let mut left_of_energy = self.settle(frame, energy, pool);
-        if let Some(direct) = self.direct.as_mut().filter(|_| !is_done || left_of_energy > RAISED)
+        // Pins that move differently may ask for what no place allows.
+        if let Some(direct) = self.direct.as_mut().filter(|_| frame.is_some() && (!is_done || left_of_energy > RAISED))
             && direct.run(&mut *self.levels, &state.positions, ends, enough)
         {
             left_of_energy = self.settle(frame, energy, pool);
