@@ -144,6 +144,15 @@ def test_matrices_of_tiny_numbers_are_read_silently(tmp_path: Path) -> None:
     assert judge(written(tmp_path, changed("nodes", 1, matrix=tiny), "glb")) is None
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("extension", ["stl", "ply", "glb"])
+def test_signalling_nans_are_refused_as_any_others(tmp_path: Path, extension: str) -> None:
+    content = next(content for content in valid(extension) if struct.pack("<f", 1) in content)
+    content = content.replace(struct.pack("<f", 1), b"\x01\x00\xa0\x7f")
+    said = judge(written(tmp_path, content, extension))
+    assert said is not None and "finite" in said
+
+
 @pytest.mark.parametrize("deep", [True, False])
 def test_nodes_are_looked_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, deep: bool) -> None:
     count, asked, entry = 5000, [], Document.entry

@@ -98,7 +98,7 @@ class Run:
     runs_away: bool = False
     """Whether it was told to take steps that nothing keeps from growing."""
     forced: bool = False
-    """Whether its steps were forced: longer ones than the stability bound propose what nobody can tell from motion."""
+    """Whether its steps were forced: where they are too long, what is lost may be no motion."""
     failure: str = ""
     hash: str = ""
 

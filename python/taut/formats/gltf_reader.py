@@ -26,8 +26,7 @@ def read_gltf(name: str, data: bytes) -> Polygons:
     Raises:
         MeshError: the file, the entry of its JSON, what is wrong there and what is allowed.
     """
-    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
-        return _read(from_gltf(name, data))
+    return _read(from_gltf(name, data))
 
 
 def read_glb(name: str, data: bytes) -> Polygons:
@@ -36,8 +35,7 @@ def read_glb(name: str, data: bytes) -> Polygons:
     Raises:
         MeshError: see :func:`read_gltf`.
     """
-    with np.errstate(over="ignore", invalid="ignore"):
-        return _read(from_glb(name, data))
+    return _read(from_glb(name, data))
 
 
 def _read(document: Document) -> Polygons:
@@ -57,8 +55,7 @@ def _read(document: Document) -> Polygons:
     if triangles == 0:
         raise refusal(document.name, "holds no faces in its scene", "export the mesh with its faces")
     places, faces, first = [], [], 0
-    with np.errstate(all="ignore"):  # a matrix of numbers near 0 turns nothing
-        turned = np.linalg.det(np.array([matrix[:3, :3] for _, matrix in found])) < 0
+    turned = np.linalg.det(np.array([matrix[:3, :3] for _, matrix in found])) < 0
     for (mesh, matrix), turns in zip(found, turned, strict=True):
         for place, corners in meshes[mesh]:
             places.append(place @ matrix[:3, :3].T + matrix[:3, 3])

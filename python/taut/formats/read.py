@@ -4,6 +4,8 @@ import stat
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from taut.formats.gltf_reader import read_glb, read_gltf
 from taut.formats.obj_reader import read_obj
 from taut.formats.off_reader import read_off
@@ -50,6 +52,8 @@ def read_mesh(path: str | Path) -> Polygons:
             raise MeshError(f"{path}: is too large ({size}); the limit is {LARGEST_FILE / 1e9:.1f} GB")
         if status.st_size == 0:
             raise MeshError(f"{path}: is empty")
-        return read_obj(path) if extension == "obj" else _READERS[extension](str(path), path.read_bytes())
+        # What is not finite is refused, by name: NumPy need not warn of it.
+        with np.errstate(all="ignore"):
+            return read_obj(path) if extension == "obj" else _READERS[extension](str(path), path.read_bytes())
     except OSError as error:
         raise MeshError(f"{path}: cannot be opened: {error.strerror or error}") from error
