@@ -351,7 +351,7 @@ def write_until(path: Path, failure: BaseException, writes: int, monkeypatch: py
     return True
 
 
-@pytest.mark.parametrize("stride", [11, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("stride", [11, pytest.param(5, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("failure", [Killed(), OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))])
 def test_failing_at_any_write_leaves_whole_frames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failure: BaseException, stride: int
