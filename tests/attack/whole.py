@@ -292,10 +292,12 @@ def places(run: Run) -> str:
             continue
         keys = [[0.0, [0.0, 0.0, 0.0]], *(key for key in pin.get("move", []) if key[0] > 0)]
         times = [time for time, _ in keys]
+        size = 0.0
         for frame, now in enumerate(run.positions):
             path = [np.interp(run.time[frame], times, [key[1][axis] for key in keys]) for axis in range(3)]
             off = float(np.abs(now[alone] - start[alone] - path).max())
-            size = np.abs(now[alone] - now.mean(axis=0)).max() + np.abs(path).max()
+            # What has run away may come back, and pins with it: from there they are rounded.
+            size = max(size, np.abs(now - now.mean(axis=0)).max() + np.abs(path).max())
             if off > 1e-6 * (1 + size):
                 return f"frame {frame}: pin {number} is {off} m off its place"
     return ""

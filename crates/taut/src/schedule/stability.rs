@@ -22,10 +22,12 @@ pub(super) fn bound(solver: &Solver, rates: &Rates, drag: f64) -> f64 {
     let frequency = square.sqrt();
     match solver.integrator {
         IntegratorKind::Euler => of_euler(square, rate),
-        // |1 + z| <= exp(h / T) for both z of a mode if h w^2 <= g + 2 / T and h g <= 2.
+        // |1 + z| <= exp(h / T) for both z of a mode if h w^2 <= g + 2 / T and h g <= 2. What a filter takes back in every step moves by
+        // D = h V of the step before: V' = -h g V is left, bounded for h g <= 1.
         IntegratorKind::ForwardEuler => {
             let least = rates.least_drag + 2.0 / GROWTH_TIME;
-            (rates.least_damping + least / square).min(2.0 / rate)
+            let damped = if solver.filter == FilterKind::None { 2.0 } else { 1.0 };
+            (rates.least_damping + least / square).min(damped / rate)
         }
         // |1 + z + z^2 / 2| <= exp(h / T) if h^3 w^4 <= 4 g + 8 / T, h g <= 2 and h w <= 1.4.
         IntegratorKind::Midpoint => {
