@@ -165,7 +165,7 @@ impl Threads {
 
     /// One Newton step, as far along as it makes things better; none if it does not, or if something is not finite.
     fn project(&mut self, off: Off) -> Option<Off> {
-        if !self.system.solve(&self.slope, None, &mut self.multipliers) {
+        if !self.system.solve(&self.slope, &mut self.multipliers) {
             return None;
         }
         self.before.copy_from_slice(&self.p);

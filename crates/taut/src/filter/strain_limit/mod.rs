@@ -2,6 +2,7 @@
 //!
 //! A method is a file here and a line in [`new`].
 
+mod cholesky;
 mod coarse_to_fine;
 mod coloured;
 mod fast_projection;

@@ -1,30 +1,22 @@
 //! Multipliers of distance constraints, all at once: (J W J^T) m = C.
 //!
 //! J holds the slopes of the constraints and W the inverse masses. The matrix is sparse, symmetric and positive definite, and its pattern
-//! never changes. It is ordered and analysed once, and factorised anew for each solution, on one thread and in double precision (faer,
-//! simplicial Cholesky: scalar code without fused operations, the same bits everywhere).
+//! never changes.
 
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
-use faer::{Conj, MatMut, Par, Side};
 use glam::DVec3;
 
+use super::cholesky::Cholesky;
 use crate::model::Adjacency;
 
 /// Added to the diagonal, as a part of it.
 const SOFTNESS: f64 = 1e-6;
 
-/// J W J^T, its pattern, and its Cholesky factor.
+/// J W J^T and its Cholesky factor.
 pub(super) struct System {
-    pattern: SymbolicSparseColMat<u32>,
     /// What each entry of the upper triangle is made of, column by column.
     entries: Vec<Entry>,
     values: Vec<f64>,
-    analysis: SymbolicCholesky<u32>,
-    factor: Vec<f64>,
-    workspace: MemBuffer,
+    cholesky: Cholesky,
 }
 
 /// Twice the slopes of two constraints multiplied, times this weight.
@@ -59,45 +51,20 @@ impl System {
             columns.push(entries.len() as u32);
         }
         let rows = entries.iter().map(|entry: &Entry| entry.constraints[0]).collect();
-        let pattern = SymbolicSparseColMat::new_checked(count, count, columns, None, rows);
-        let parameters = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
-            ..Default::default()
-        };
-        let analysis = factorize_symbolic_cholesky(pattern.as_ref(), Side::Upper, SymmetricOrdering::Amd, parameters).ok()?;
-        let workspace = MemBuffer::new(StackReq::any_of(&[
-            analysis.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
-            analysis.solve_in_place_scratch::<f64>(1, Par::Seq),
-        ]));
-        let (values, factor) = (vec![0.0; entries.len()], vec![0.0; analysis.len_val()]);
-        (count > 0).then_some(Self { pattern, entries, values, analysis, factor, workspace })
+        let values = vec![0.0; entries.len()];
+        (count > 0).then_some(Self { cholesky: Cholesky::new(columns, rows)?, entries, values })
     }
 
-    /// Replaces C by the solution m, for constraints with such slopes, half of dC/dP_v each, or only for those that are `active`: the m
-    /// of others is their C. Returns false if the matrix is not positive definite.
-    pub fn solve(&mut self, slope: &[DVec3], active: Option<&[bool]>, c: &mut [f64]) -> bool {
-        let is_active = |constraint: u32| active.is_none_or(|active| active[constraint as usize]);
+    /// Replaces C by the solution m, for constraints with such slopes, half of dC/dP_v each. Returns false if the matrix is not positive
+    /// definite.
+    pub fn solve(&mut self, slope: &[DVec3], c: &mut [f64]) -> bool {
         for (value, Entry { constraints: [a, b], weight }) in self.values.iter_mut().zip(&self.entries) {
-            *value = match (a == b, is_active(*a) && is_active(*b)) {
-                (_, true) => weight * slope[*a as usize].dot(slope[*b as usize]),
-                (true, false) => 1.0,
-                (false, false) => 0.0,
-            };
+            *value = weight * slope[*a as usize].dot(slope[*b as usize]);
         }
-        let matrix = SparseColMatRef::new(self.pattern.as_ref(), &self.values);
-        let factor = self.analysis.factorize_numeric_llt(
-            &mut self.factor,
-            matrix,
-            Side::Upper,
-            Default::default(),
-            Par::Seq,
-            MemStack::new(&mut self.workspace),
-            Default::default(),
-        );
-        let Ok(factor) = factor else { return false };
-        let count = c.len();
-        let right = MatMut::from_column_major_slice_mut(c, count, 1);
-        factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, MemStack::new(&mut self.workspace));
-        true
+        let is_definite = self.cholesky.factorise(&self.values);
+        if is_definite {
+            self.cholesky.solve(c);
+        }
+        is_definite
     }
 }

@@ -10,6 +10,7 @@ mod direct;
 mod finish;
 mod general;
 mod impulse;
+mod interior;
 mod lattice;
 mod motion;
 mod queue;
@@ -47,6 +48,9 @@ const PACE: f32 = 0.05;
 /// Cycles that make this times the kinetic energy of the proposed step have pulled further than it moves: steps of stiff, light cloth that
 /// bears something heavy are short, and their motion is a small part of the back-off. Small cloths are solved directly then ..
 const RAISED: f64 = 2.0;
+/// .. if they have at most so many springs, or so many and something heavy to bear ..
+const SMALL: usize = 6000;
+const SMALL_IF_HEAVY: usize = 30_000;
 /// .. and this part of the room is left, down to what is as good as none.
 const SHRINK: f32 = 0.25;
 const NO_ROOM: f32 = 1e-3;
@@ -141,7 +145,9 @@ struct Unit {
     certificate: Certificate,
     levels: Box<dyn Levels>,
     finish: Finish,
+    /// Made when it is asked for the first time: most cloths never do.
     direct: Option<Direct>,
+    is_small: bool,
     /// So few springs over their limit are put right one by one after so many cycles.
     few: usize,
     at_least: u32,
@@ -201,7 +207,8 @@ impl Unit {
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),
             finish: Finish::new(model, cloth),
-            direct: Direct::new(model, cloth),
+            direct: None,
+            is_small: cloth.springs.len() <= if is_heavy { SMALL_IF_HEAVY } else { SMALL },
             at_least: if is_heavy { AT_LEAST_IF_HEAVY } else { AT_LEAST },
             few: (FEW * cloth.springs.len() as f32) as usize,
             shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
@@ -250,10 +257,10 @@ impl Unit {
         }
         let mut left_of_energy = self.settle(frame, energy, pool);
         // Pins that move differently may ask for what no place allows.
-        if let Some(direct) = self.direct.as_mut().filter(|_| frame.is_some() && (!is_done || left_of_energy > RAISED))
-            && direct.run(&mut *self.levels, &state.positions, ends, enough)
+        if let Some(frame) = frame.filter(|_| !is_done || left_of_energy > RAISED)
+            && self.solve(model, &state.positions, ends, frame, enough)
         {
-            left_of_energy = self.settle(frame, energy, pool);
+            left_of_energy = self.settle(Some(frame), energy, pool);
         }
         // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is. It is not where a limit
         // has tightened, and what pulls the cloth within it does work.
@@ -272,6 +279,15 @@ impl Unit {
         limited.lost_motion = verdict.lost_motion;
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
+    }
+
+    /// Finds the place within all limits nearest to the proposed one, in small cloths. Returns whether that was done.
+    fn solve(&mut self, model: &Model, positions: &Vectors, ends: &Vectors, frame: Vec3, enough: f32) -> bool {
+        if self.is_small && self.direct.is_none() {
+            self.direct = Direct::new(model, &self.cloth);
+            self.is_small = self.direct.is_some();
+        }
+        self.direct.as_mut().is_some_and(|direct| direct.run(&mut *self.levels, positions, ends, frame, enough))
     }
 
     /// Takes the corrected ends for the displacements. Returns what is left of the kinetic energy in the `frame`, which was `before`.

@@ -1,0 +1,283 @@
+//! The place within all limits that is nearest to the proposed one, by an interior-point method.
+//!
+//! The smallest `1/2 sum M |D - D*|^2` with `g = 1/2 (|P_uv|^2 / a^2 - 1) <= 0` for every spring is a convex problem. With slacks s and
+//! multipliers m >= 0 of springs it is solved by primal-dual Newton steps, each with a predictor and a corrector (Mehrotra, SIAM J. Optim. 2(4),
+//! 1992; Nocedal and Wright, Numerical Optimization, section 19.3):
+//!
+//! `(M + sum m L / a^2 + sum m / s j j^T) dD = ..`, j the gradient of g and L the Laplacian of a spring: blocks of 3 x 3 for each particle
+//! and each spring. L is what projections along fixed directions do not have: it knows that springs turn.
+
+use glam::DVec3;
+
+use super::super::cholesky::Cholesky;
+use crate::model::Adjacency;
+
+/// Newton steps at most.
+const ROUNDS: usize = 60;
+/// Steps end this close to where a slack or a multiplier would be zero.
+const NEAR: f64 = 0.99;
+/// What a spring may be over its aim [1], and what of the energy of the proposed motion may be in doubt.
+const EXACT: f64 = 1e-5;
+const NEARLY: f64 = 1e-4;
+/// The least slack at the start [1].
+const LEAST_SLACK: f64 = 1e-6;
+
+/// A limited spring in one step.
+#[derive(Clone, Copy)]
+pub(super) struct Link {
+    /// Its particles, from the cloth's first.
+    pub ends: [u32; 2],
+    /// Where it begins [m], and how long it may be.
+    pub start: DVec3,
+    pub aim: f64,
+}
+
+impl Link {
+    /// From one end to the other [m], where its particles went.
+    pub fn way(&self, went: &[DVec3]) -> DVec3 {
+        let [u, v] = self.ends.map(|end| went[end as usize]);
+        self.start + (v - u)
+    }
+}
+
+/// The matrix of a cloth, and the iterate.
+pub(super) struct Interior {
+    /// Particles that may move, and the number of each among them.
+    movable: Vec<u32>,
+    number: Vec<Option<u32>>,
+    /// First entry of each column of the matrix, and, for each spring, the place of its block in a column.
+    columns: Vec<u32>,
+    blocks: Vec<u32>,
+    values: Vec<f64>,
+    cholesky: Cholesky,
+    springs: Vec<Iterate>,
+    /// Right side, then the step [m].
+    step: Vec<f64>,
+}
+
+/// Of a spring.
+#[derive(Clone, Copy, Default)]
+struct Iterate {
+    way: DVec3,
+    gradient: DVec3,
+    /// g, s and m.
+    value: f64,
+    slack: f64,
+    multiplier: f64,
+    /// Steps of the latter two.
+    slack_step: f64,
+    multiplier_step: f64,
+    /// What is asked of m s, and of g + s.
+    product: f64,
+    residual: f64,
+}
+
+impl Interior {
+    /// Of springs between such particles of a cloth; none if nothing moves.
+    pub fn new(pairs: impl ExactSizeIterator<Item = [u32; 2]> + Clone, weights: &[f64], movable: &[usize]) -> Option<Self> {
+        let mut number = vec![None; weights.len()];
+        for (index, &particle) in (0_u32..).zip(movable) {
+            number[particle] = Some(index);
+        }
+        let both = |[u, v]: [u32; 2]| Some([number[u as usize]?, number[v as usize]?]);
+        let below = pairs.clone().filter_map(both).map(|[u, v]| (u.max(v), u.min(v)));
+        let around = Adjacency::new(movable.len(), below);
+        let neighbours = |column: usize| -> Vec<u32> {
+            let mut rows = around.of(column).to_vec();
+            rows.sort_unstable();
+            rows.dedup();
+            rows
+        };
+        let (mut columns, mut rows) = (vec![0], Vec::new());
+        for column in 0..movable.len() {
+            let above = neighbours(column);
+            for axis in 0..3 {
+                rows.extend(above.iter().flat_map(|row| 3 * row..3 * row + 3));
+                rows.extend((0..=axis).map(|other| 3 * column as u32 + other));
+                columns.push(rows.len() as u32);
+            }
+        }
+        let place = |ends: [u32; 2]| match both(ends) {
+            Some([u, v]) => neighbours(u.max(v) as usize).partition_point(|row| *row < u.min(v)) as u32,
+            None => 0,
+        };
+        Some(Self {
+            blocks: pairs.clone().map(place).collect(),
+            values: vec![0.0; rows.len()],
+            cholesky: (!movable.is_empty()).then(|| Cholesky::new(columns.clone(), rows))??,
+            springs: vec![Iterate::default(); pairs.len()],
+            step: vec![0.0; 3 * movable.len()],
+            movable: movable.iter().map(|particle| *particle as u32).collect(),
+            number,
+            columns,
+        })
+    }
+
+    /// Finds the displacements `found` [m] nearest to the `proposed` ones, starting from that of the `frame` in which cloth at rest would
+    /// be within its aims. Returns whether that was done.
+    pub fn run(&mut self, links: &[Link], weights: &[f64], proposed: &[DVec3], frame: DVec3, found: &mut [DVec3]) -> bool {
+        found.copy_from_slice(proposed);
+        let mut energy = 0.0;
+        for &particle in &self.movable {
+            let particle = particle as usize;
+            energy += (proposed[particle] - frame).length_squared() / weights[particle];
+            found[particle] = frame;
+        }
+        if energy <= 0.0 {
+            return false;
+        }
+        self.look(links, found);
+        let moved = |link: &Link| {
+            let [u, v] = link.ends.map(|end| proposed[end as usize]);
+            (v - u).length_squared() / (link.aim * link.aim)
+        };
+        let spread = (links.iter().map(moved).sum::<f64>() / links.len() as f64).sqrt().max(LEAST_SLACK);
+        for spring in &mut self.springs {
+            spring.slack = (-spring.value).max(spread);
+            spring.multiplier = energy / links.len() as f64 / spring.slack;
+        }
+        for _ in 0..ROUNDS {
+            let mean = self.springs.iter().map(|spring| spring.slack * spring.multiplier).sum::<f64>() / links.len() as f64;
+            let worst = self.springs.iter().fold(0.0, |worst: f64, spring| worst.max(spring.value));
+            let off = self.residual(links, weights, proposed, found);
+            if worst <= EXACT && mean * links.len() as f64 <= NEARLY * energy && off <= NEARLY * NEARLY * energy {
+                return true;
+            }
+            if !self.factorise(links, weights) {
+                return false;
+            }
+            // The predictor goes for the solution itself ..
+            for spring in &mut self.springs {
+                (spring.product, spring.residual) = (0.0, spring.value + spring.slack);
+            }
+            self.solve(links, weights, proposed, found);
+            let part = self.reach(1.0);
+            let product = |spring: &Iterate| {
+                (spring.slack + part * spring.slack_step) * (spring.multiplier + part * spring.multiplier_step)
+            };
+            let ahead = self.springs.iter().map(product).sum::<f64>() / links.len() as f64;
+            // .. and tells how far from the boundary the corrector is to stay.
+            let centre = (ahead / mean).powi(3).min(1.0) * mean;
+            for (spring, link) in self.springs.iter_mut().zip(links) {
+                let [u, v] = link.ends.map(|end| Self::step_of(&self.number, &self.step, end));
+                spring.product = centre - spring.slack_step * spring.multiplier_step;
+                spring.residual += 0.5 * (v - u).length_squared() / (link.aim * link.aim);
+            }
+            self.solve(links, weights, proposed, found);
+            let part = self.reach(NEAR);
+            for (column, &particle) in self.movable.iter().enumerate() {
+                found[particle as usize] += part * DVec3::from_slice(&self.step[3 * column..]);
+            }
+            for spring in &mut self.springs {
+                spring.slack += part * spring.slack_step;
+                spring.multiplier += part * spring.multiplier_step;
+            }
+            self.look(links, found);
+        }
+        false
+    }
+
+    fn step_of(number: &[Option<u32>], step: &[f64], particle: u32) -> DVec3 {
+        number[particle as usize].map_or(DVec3::ZERO, |column| DVec3::from_slice(&step[3 * column as usize..]))
+    }
+
+    /// Springs at the present displacements.
+    fn look(&mut self, links: &[Link], found: &[DVec3]) {
+        for (spring, link) in self.springs.iter_mut().zip(links) {
+            spring.way = link.way(found);
+            let square = link.aim * link.aim;
+            spring.gradient = spring.way / square;
+            spring.value = 0.5 * (spring.way.length_squared() / square - 1.0);
+        }
+    }
+
+    /// What is left of M (D - D*) + sum m j, as a motion: twice its energy.
+    fn residual(&mut self, links: &[Link], weights: &[f64], proposed: &[DVec3], found: &[DVec3]) -> f64 {
+        self.right_side(links, weights, proposed, found, |spring| spring.multiplier);
+        let places = self.movable.iter().enumerate();
+        places
+            .map(|(column, &particle)| DVec3::from_slice(&self.step[3 * column..]).length_squared() * weights[particle as usize])
+            .sum()
+    }
+
+    /// -(M (D - D*) + sum j pull(spring)), into the step.
+    fn right_side(
+        &mut self,
+        links: &[Link],
+        weights: &[f64],
+        proposed: &[DVec3],
+        found: &[DVec3],
+        pull: impl Fn(&Iterate) -> f64,
+    ) {
+        for (column, &particle) in self.movable.iter().enumerate() {
+            let particle = particle as usize;
+            ((proposed[particle] - found[particle]) / weights[particle]).write_to_slice(&mut self.step[3 * column..]);
+        }
+        for (spring, link) in self.springs.iter().zip(links) {
+            let force = spring.gradient * pull(spring);
+            for (end, force) in link.ends.into_iter().zip([force, -force]) {
+                if let Some(column) = self.number[end as usize] {
+                    let place = &mut self.step[3 * column as usize..][..3];
+                    (DVec3::from_slice(place) + force).write_to_slice(place);
+                }
+            }
+        }
+    }
+
+    fn factorise(&mut self, links: &[Link], weights: &[f64]) -> bool {
+        self.values.fill(0.0);
+        for (column, &particle) in self.movable.iter().enumerate() {
+            for axis in 0..3 {
+                // The last entry of a column lies on the diagonal.
+                self.values[self.columns[3 * column + axis + 1] as usize - 1] = weights[particle as usize].recip();
+            }
+        }
+        for ((spring, link), &block) in self.springs.iter().zip(links).zip(&self.blocks) {
+            let along = spring.gradient * (spring.multiplier / spring.slack);
+            let across = spring.multiplier / (link.aim * link.aim);
+            let entry =
+                |row: usize, column: usize| spring.gradient[row] * along[column] + if row == column { across } else { 0.0 };
+            let numbers = link.ends.map(|end| self.number[end as usize]);
+            for column in numbers.into_iter().flatten().map(|column| column as usize) {
+                for axis in 0..3 {
+                    let end = self.columns[3 * column + axis + 1] as usize;
+                    for row in 0..=axis {
+                        self.values[end - 1 - axis + row] += entry(row, axis);
+                    }
+                }
+            }
+            if let [Some(u), Some(v)] = numbers {
+                for axis in 0..3 {
+                    let first = self.columns[3 * u.max(v) as usize + axis] as usize + 3 * block as usize;
+                    for row in 0..3 {
+                        self.values[first + row] -= entry(row, axis);
+                    }
+                }
+            }
+        }
+        self.cholesky.factorise(&self.values)
+    }
+
+    /// The steps of displacements, slacks and multipliers for what is asked of springs.
+    fn solve(&mut self, links: &[Link], weights: &[f64], proposed: &[DVec3], found: &[DVec3]) {
+        // m + dm = (product + m (residual + j dD)) / s
+        self.right_side(links, weights, proposed, found, |spring| {
+            (spring.product + spring.multiplier * spring.residual) / spring.slack
+        });
+        self.cholesky.solve(&mut self.step);
+        for (spring, link) in self.springs.iter_mut().zip(links) {
+            let [u, v] = link.ends.map(|end| Self::step_of(&self.number, &self.step, end));
+            let closer = spring.gradient.dot(v - u);
+            spring.slack_step = -spring.residual - closer;
+            spring.multiplier_step = (spring.product - spring.multiplier * spring.slack_step) / spring.slack - spring.multiplier;
+        }
+    }
+
+    /// The part of the step, 1 at most, at which slacks and multipliers have come to `near` of zero.
+    fn reach(&self, near: f64) -> f64 {
+        let to_zero = |value: f64, step: f64| if step < 0.0 { -near * value / step } else { 1.0 };
+        self.springs.iter().fold(1.0, |part: f64, spring| {
+            part.min(to_zero(spring.slack, spring.slack_step)).min(to_zero(spring.multiplier, spring.multiplier_step))
+        })
+    }
+}
