@@ -55,7 +55,8 @@ class Report(TypedDict):
     held_back_pins: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow."""
     lost_motion: float
-    """Largest part of its motion that the certificate took from a cloth in a step."""
+    """Largest part of its motion that the certificate, or the bound on the kinetic energy, took from a cloth
+    in a step."""
     mean_lost_motion: float
     """The same, mean of the steps."""
     repaired_momentum: list[float]

@@ -37,8 +37,8 @@ class Report:
     held_back_pins: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow [1]."""
     lost_motion: float
-    """Largest part of its motion that the certificate took from a cloth in a step [1]: 0 where it cut
-    nothing, 1 where it stopped the cloth."""
+    """Largest part of its motion that the certificate, or the bound on the kinetic energy, took from a
+    cloth in a step [1]: 0 where nothing was cut, 1 where it stopped the cloth."""
     mean_lost_motion: float
     """The same, mean of the steps [1]."""
     kinetic_energy: float

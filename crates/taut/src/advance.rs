@@ -34,7 +34,7 @@ pub struct Summary {
     pub cuts: u64,
     /// Those of them in which it had to hold pins back as well.
     pub held_back_pins: u64,
-    /// The largest part of its motion that the certificate took from a cloth in a step [1].
+    /// The largest part of its motion that the certificate, or the bound on the kinetic energy, took from a cloth in a step [1].
     pub lost_motion: f64,
     /// The same, mean of the steps [1].
     pub mean_lost_motion: f64,

@@ -52,7 +52,8 @@ class Summary:
     held_back_pins: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow [1]."""
     lost_motion: float
-    """Largest part of its motion that the certificate took from a cloth in a step [1]."""
+    """Largest part of its motion that the certificate, or the bound on the kinetic energy, took from a
+    cloth in a step [1]."""
     mean_lost_motion: float
     """The same, mean of the steps [1]."""
     kinetic_energy: float

@@ -24,7 +24,7 @@ pub struct Limited {
     pub cuts: u32,
     /// Those of them whose pins went only a part of their way, too: they moved apart further than the cloth could follow.
     pub held_back_pins: u32,
-    /// The part of its motion that the certificate took from a cloth, the largest of all cloths [1].
+    /// The part of its motion that the certificate, or the bound on the kinetic energy, took from a cloth, the largest of all cloths [1].
     pub lost_motion: f64,
 }
 

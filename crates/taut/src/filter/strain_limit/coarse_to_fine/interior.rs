@@ -16,8 +16,7 @@ use crate::model::Adjacency;
 const ROUNDS: usize = 60;
 /// Steps end this close to where a slack or a multiplier would be zero.
 const NEAR: f64 = 0.99;
-/// What a spring may be over its aim [1], and what of the energy of the proposed motion may be in doubt.
-const EXACT: f64 = 1e-5;
+/// What of the energy of the proposed motion may be in doubt.
 const NEARLY: f64 = 1e-4;
 /// The least slack at the start [1].
 const LEAST_SLACK: f64 = 1e-6;
@@ -114,8 +113,16 @@ impl Interior {
     }
 
     /// Finds the displacements `found` [m] nearest to the `proposed` ones, starting from that of the `frame` in which cloth at rest would
-    /// be within its aims. Returns whether that was done.
-    pub fn run(&mut self, links: &[Link], weights: &[f64], proposed: &[DVec3], frame: DVec3, found: &mut [DVec3]) -> bool {
+    /// be within its aims. Springs are over their aims by `exact` at most, a part of these. Returns whether that was done.
+    pub fn run(
+        &mut self,
+        links: &[Link],
+        weights: &[f64],
+        proposed: &[DVec3],
+        frame: DVec3,
+        exact: f64,
+        found: &mut [DVec3],
+    ) -> bool {
         found.copy_from_slice(proposed);
         let mut energy = 0.0;
         for &particle in &self.movable {
@@ -140,7 +147,7 @@ impl Interior {
             let mean = self.springs.iter().map(|spring| spring.slack * spring.multiplier).sum::<f64>() / links.len() as f64;
             let worst = self.springs.iter().fold(0.0, |worst: f64, spring| worst.max(spring.value));
             let off = self.residual(links, weights, proposed, found);
-            if worst <= EXACT && mean * links.len() as f64 <= NEARLY * energy && off <= NEARLY * NEARLY * energy {
+            if worst <= exact && mean * links.len() as f64 <= NEARLY * energy && off <= NEARLY * NEARLY * energy {
                 return true;
             }
             if !self.factorise(links, weights) {

@@ -45,13 +45,14 @@ const HELD: [f64; 2] = [0.2, 0.6];
 const LEAST_ROOM: f32 = 0.5;
 /// .. to which they come little by little, by this part of the difference in a step, since a jump would be seen.
 const PACE: f32 = 0.05;
-/// Cycles that make this times the kinetic energy of the proposed step have pulled further than it moves: steps of stiff, light cloth that
-/// bears something heavy are short, and their motion is a small part of the back-off. Small cloths are solved directly then ..
-const RAISED: f64 = 2.0;
-/// .. if they have at most so many springs, or so many and something heavy to bear ..
+/// Cycles that make more than this times the kinetic energy of the proposed step are not as good as can be: small cloths are solved directly
+/// then, if they have at most so many springs, or so many and something heavy to bear.
+const RAISED: f64 = 1.1;
 const SMALL: usize = 6000;
 const SMALL_IF_HEAVY: usize = 30_000;
-/// .. and this part of the room is left, down to what is as good as none.
+/// Cycles that make this times that energy have pulled further than the step moves: steps of stiff, light cloth that bears something heavy
+/// are short, and their motion is a small part of the back-off. This part of the room is left then, down to what is as good as none.
+const DOUBLED: f64 = 2.0;
 const SHRINK: f32 = 0.25;
 const NO_ROOM: f32 = 1e-3;
 /// Coarse levels are swept twice: they carry the loads, and all of them together have fewer springs than half the finest ..
@@ -237,7 +238,8 @@ impl Unit {
         self.levels.load(&state.positions, ends, room, pool);
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
-        let enough = self.enough(&state.positions, pool);
+        let rounding = self.rounding(&state.positions, pool);
+        let enough = self.enough(rounding);
         let (mut since_restart, mut is_done) = (0_u8, false);
         while limited.sweeps < model.solver.iterations() {
             let is_sure = limited.sweeps + 1 < at_least;
@@ -258,7 +260,7 @@ impl Unit {
         let mut left_of_energy = self.settle(frame, energy, pool);
         // Pins that move differently may ask for what no place allows.
         if let Some(frame) = frame.filter(|_| !is_done || left_of_energy > RAISED)
-            && self.solve(model, &state.positions, ends, frame, enough)
+            && self.solve(model, &state.positions, ends, frame, rounding)
         {
             left_of_energy = self.settle(Some(frame), energy, pool);
         }
@@ -267,7 +269,9 @@ impl Unit {
         let tightened =
             || stride.inputs.limits[self.index].changes() && measure(model, &self.cloth, &state.positions, pool).worst > 1.0;
         if let Some(frame) = frame.filter(|_| left_of_energy > 1.0 && !tightened()) {
-            self.levels.motion().slow_down(frame, left_of_energy.recip().sqrt() as f32);
+            let kept = left_of_energy.recip().sqrt();
+            self.levels.motion().slow_down(frame, kept as f32);
+            limited.lost_motion = 1.0 - kept;
         }
         let cycles = cycles_from_now(at_least, limited.sweeps, left_of_energy < CALM);
         state.calm[self.index] = Calm { cycles, room: room_from_now(room, left_of_energy) };
@@ -276,18 +280,18 @@ impl Unit {
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
         let verdict = self.certificate.enforce(stride, state, ends, frame, stride.inputs.limits[self.index].changes(), pool);
         limited.cuts = u32::from(verdict.cut);
-        limited.lost_motion = verdict.lost_motion;
+        limited.lost_motion = 1.0 - (1.0 - limited.lost_motion) * (1.0 - verdict.lost_motion);
         limited.held_back_pins = u32::from(verdict.held_back_pins);
         limited
     }
 
     /// Finds the place within all limits nearest to the proposed one, in small cloths. Returns whether that was done.
-    fn solve(&mut self, model: &Model, positions: &Vectors, ends: &Vectors, frame: Vec3, enough: f32) -> bool {
+    fn solve(&mut self, model: &Model, positions: &Vectors, ends: &Vectors, frame: Vec3, rounding: f32) -> bool {
         if self.is_small && self.direct.is_none() {
             self.direct = Direct::new(model, &self.cloth);
             self.is_small = self.direct.is_some();
         }
-        self.direct.as_mut().is_some_and(|direct| direct.run(&mut *self.levels, positions, ends, frame, enough))
+        self.direct.as_mut().is_some_and(|direct| direct.run(&mut *self.levels, positions, ends, frame, rounding))
     }
 
     /// Takes the corrected ends for the displacements. Returns what is left of the kinetic energy in the `frame`, which was `before`.
@@ -303,11 +307,14 @@ impl Unit {
         motion.energy(frame, &mut self.energies, pool) / before
     }
 
-    /// Part of R below which the levels are done: the ends of the step will be rounded once more.
-    fn enough(&self, positions: &Vectors, pool: &Pool) -> f32 {
-        // What rounding its two ends to single precision can add to the shortest spring, as a part of its length.
-        let rounding = 4.0 * f32::EPSILON * positions.reach(self.cloth.particles(), pool) / self.shortest;
+    /// Part of R below which the levels are done.
+    fn enough(&self, rounding: f32) -> f32 {
         1.0 - rounding.max(2e-5).min(0.5 * self.levels.back_off())
+    }
+
+    /// What rounding the ends of the shortest spring to single precision once more can add to it, as a part of its length.
+    fn rounding(&self, positions: &Vectors, pool: &Pool) -> f32 {
+        4.0 * f32::EPSILON * positions.reach(self.cloth.particles(), pool) / self.shortest
     }
 }
 
@@ -330,7 +337,7 @@ fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
 
 /// The room of coarse levels in the next step, after one with `room` whose limit left such a part of its kinetic energy.
 fn room_from_now(room: f32, left_of_energy: f64) -> f32 {
-    if left_of_energy > RAISED {
+    if left_of_energy > DOUBLED {
         return (SHRINK * room).max(NO_ROOM);
     }
     let freedom = ((left_of_energy - HELD[0]) / (HELD[1] - HELD[0])).clamp(0.0, 1.0) as f32;
