@@ -72,7 +72,7 @@ proptest! {
             let report = run.steps(1);
             let worst = worst(&run.model, &run.state);
             prop_assert!(worst <= at_start.max(1.0) + ROUNDING, "step {step}: {worst}");
-            prop_assert_eq!(report.lost_motion > 0.0, report.cuts > 0);
+            prop_assert!(report.lost_motion > 0.0 || report.cuts == 0, "step {step}: cut without a loss");
             prop_assert!(report.lost_motion <= 1.0 && report.mean_lost_motion == report.lost_motion);
         }
     }
