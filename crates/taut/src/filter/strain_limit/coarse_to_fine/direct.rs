@@ -11,13 +11,15 @@
 use glam::{DVec3, Vec3};
 
 use super::Levels;
-use super::interior::{Interior, Link};
+use super::interior::{Interior, Link, Task};
 use crate::geometry::Vectors;
 use crate::model::{ClothRange, Model};
 
 /// Aims are below the limit by at least so many times what rounding may add, and kept to within this part of it.
 const MARGIN: f64 = 1.25;
 const DOUBT: f64 = 0.1;
+/// What of the energy of the proposed motion may be in doubt.
+const NEARLY: f64 = 1e-4;
 
 /// The limited springs of a cloth.
 pub(super) struct Direct {
@@ -79,8 +81,29 @@ impl Direct {
             spring.start = v - u;
             spring.aim = u.distance(v).clamp(limit * (1.0 - back_off).min(most), limit * most);
         }
-        let (frame, exact) = (frame.as_dvec3(), DOUBT * rounding);
-        let is_found = self.interior.run(&self.springs, &self.weights, &self.proposed, frame, exact, &mut self.found);
+        let (mut energy, frame) = (0.0, frame.as_dvec3());
+        self.found.copy_from_slice(&self.proposed);
+        for &particle in &self.movable {
+            energy += (self.proposed[particle] - frame).length_squared() / self.weights[particle];
+            self.found[particle] = frame;
+        }
+        if energy <= 0.0 {
+            return false;
+        }
+        let moved = self.springs.iter().map(|spring| {
+            let way = spring.way(&self.proposed) - spring.start;
+            way.length_squared() / (spring.aim * spring.aim)
+        });
+        let task = Task {
+            links: &self.springs,
+            weights: &self.weights,
+            proposed: &self.proposed,
+            energy,
+            spread: (moved.sum::<f64>() / self.springs.len() as f64).sqrt(),
+            exact: DOUBT * rounding,
+            nearly: NEARLY,
+        };
+        let is_found = self.interior.run(task, &mut self.found);
         if is_found {
             for &particle in &self.movable {
                 levels.shift(particle, self.found[particle].as_vec3() - levels.displacement(particle));

@@ -57,6 +57,11 @@ impl Finish {
         Self { around, depth, held, queue, moves: Vec::with_capacity(cloth.count + room) }
     }
 
+    /// The neighbours of each particle and the greatest lengths of the springs to them [m].
+    pub fn around(&self) -> &Adjacency<(u32, f32)> {
+        &self.around
+    }
+
     /// Makes all springs at most `enough` of their limit long. Returns whether that was done: where it was not, too many particles found
     /// no place that suits all their neighbours further in.
     pub fn run(&mut self, levels: &mut dyn Levels, enough: f32) -> bool {

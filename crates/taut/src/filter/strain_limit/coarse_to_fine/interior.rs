@@ -16,8 +16,8 @@ use crate::model::Adjacency;
 const ROUNDS: usize = 60;
 /// Steps end this close to where a slack or a multiplier would be zero.
 const NEAR: f64 = 0.99;
-/// What of the energy of the proposed motion may be in doubt.
-const NEARLY: f64 = 1e-4;
+/// Where products of slacks and multipliers come to so many times the energy in question, aims contradict each other.
+const HOPELESS: f64 = 1e3;
 /// The least slack at the start [1].
 const LEAST_SLACK: f64 = 1e-6;
 
@@ -37,6 +37,24 @@ impl Link {
         let [u, v] = self.ends.map(|end| went[end as usize]);
         self.start + (v - u)
     }
+}
+
+/// What is asked for.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'a> {
+    pub links: &'a [Link],
+    /// W of each particle [1/kg].
+    pub weights: &'a [f64],
+    /// Displacements [m].
+    pub proposed: &'a [DVec3],
+    /// About twice the energy that is to change [kg m^2].
+    pub energy: f64,
+    /// About how far springs move, as a part of their lengths [1].
+    pub spread: f64,
+    /// What springs may be over their aims, as a part of these [1].
+    pub exact: f64,
+    /// What of that energy may be in doubt [1].
+    pub nearly: f64,
 }
 
 /// The matrix of a cloth, and the iterate.
@@ -112,45 +130,22 @@ impl Interior {
         })
     }
 
-    /// Finds the displacements `found` [m] nearest to the `proposed` ones, starting from that of the `frame` in which cloth at rest would
-    /// be within its aims. Springs are over their aims by `exact` at most, a part of these. Returns whether that was done.
-    pub fn run(
-        &mut self,
-        links: &[Link],
-        weights: &[f64],
-        proposed: &[DVec3],
-        frame: DVec3,
-        exact: f64,
-        found: &mut [DVec3],
-    ) -> bool {
-        found.copy_from_slice(proposed);
-        let mut energy = 0.0;
-        for &particle in &self.movable {
-            let particle = particle as usize;
-            energy += (proposed[particle] - frame).length_squared() / weights[particle];
-            found[particle] = frame;
-        }
-        if energy <= 0.0 {
-            return false;
-        }
+    /// Finds the displacements within all aims that are nearest to the proposed ones, from `found` on [m]. Returns whether that was done.
+    pub fn run(&mut self, task: Task<'_>, found: &mut [DVec3]) -> bool {
+        let Task { links, weights, proposed, energy, spread, exact, nearly } = task;
         self.look(links, found);
-        let moved = |link: &Link| {
-            let [u, v] = link.ends.map(|end| proposed[end as usize]);
-            (v - u).length_squared() / (link.aim * link.aim)
-        };
-        let spread = (links.iter().map(moved).sum::<f64>() / links.len() as f64).sqrt().max(LEAST_SLACK);
         for spring in &mut self.springs {
-            spring.slack = (-spring.value).max(spread);
+            spring.slack = spring.value.abs().max(spread).max(LEAST_SLACK);
             spring.multiplier = energy / links.len() as f64 / spring.slack;
         }
         for _ in 0..ROUNDS {
             let mean = self.springs.iter().map(|spring| spring.slack * spring.multiplier).sum::<f64>() / links.len() as f64;
             let worst = self.springs.iter().fold(0.0, |worst: f64, spring| worst.max(spring.value));
             let off = self.residual(links, weights, proposed, found);
-            if worst <= exact && mean * links.len() as f64 <= NEARLY * energy && off <= NEARLY * NEARLY * energy {
+            if worst <= exact && mean * links.len() as f64 <= nearly * energy && off <= nearly * nearly * energy {
                 return true;
             }
-            if !self.factorise(links, weights) {
+            if mean * links.len() as f64 > HOPELESS * energy || !self.factorise(links, weights) {
                 return false;
             }
             // The predictor goes for the solution itself ..

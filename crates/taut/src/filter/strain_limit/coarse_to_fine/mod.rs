@@ -13,6 +13,7 @@ mod impulse;
 mod interior;
 mod lattice;
 mod motion;
+mod patch;
 mod queue;
 
 use super::StrainLimit;
@@ -27,6 +28,7 @@ use certificate::Certificate;
 use direct::Direct;
 use finish::Finish;
 use motion::Motion;
+use patch::Patch;
 
 /// How far below its limit R a corrected spring is aimed, as a part of its length L [1]. On grids less is enough, but not for the loads of
 /// heavy points ..
@@ -75,6 +77,11 @@ const AT_LEAST: u32 = 3;
 /// drops, is much of what a heavy point or a hand does to its cloth.
 const HEAVY: f32 = 16.0;
 const AT_LEAST_IF_HEAVY: u32 = 16;
+/// Where so many cycles leave more than this part of what the worst spring was too long, further ones are of no use: if no more than
+/// so many springs are over the limit, the place around them is solved directly.
+const PATIENCE: u32 = 8;
+const PROGRESS: f32 = 0.7;
+const STUBBORN: usize = 100;
 /// A cloth hangs calm where its limit takes all of the proposed step but for this part of its kinetic energy. There a cycle more or less
 /// would be seen as a jerk: as many cycles as were needed are taken from then on, until it moves.
 const CALM: f64 = 0.1;
@@ -146,6 +153,7 @@ struct Unit {
     certificate: Certificate,
     levels: Box<dyn Levels>,
     finish: Finish,
+    patch: Patch,
     /// Made when it is asked for the first time: most cloths never do.
     direct: Option<Direct>,
     is_small: bool,
@@ -208,6 +216,7 @@ impl Unit {
             cloth: cloth.clone(),
             certificate: Certificate::new(model, cloth),
             finish: Finish::new(model, cloth),
+            patch: Patch::new(cloth.count),
             direct: None,
             is_small: cloth.springs.len() <= if is_heavy { SMALL_IF_HEAVY } else { SMALL },
             at_least: if is_heavy { AT_LEAST_IF_HEAVY } else { AT_LEAST },
@@ -241,6 +250,7 @@ impl Unit {
         let rounding = self.rounding(&state.positions, pool);
         let enough = self.enough(rounding);
         let (mut since_restart, mut is_done) = (0_u8, false);
+        let (mut next_look, mut before) = (PATIENCE, f32::INFINITY);
         while limited.sweeps < model.solver.iterations() {
             let is_sure = limited.sweeps + 1 < at_least;
             let is_last = limited.sweeps + 1 == model.solver.iterations();
@@ -250,10 +260,19 @@ impl Unit {
                 if left.is_some_and(|left| left.worst > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
             let Some(left) = left else { continue };
             worst = left.worst;
+            let mut is_stuck = is_last;
+            if limited.sweeps >= next_look {
+                is_stuck |= worst - enough > PROGRESS * before;
+                (next_look, before) = (limited.sweeps + PATIENCE, worst - enough);
+            }
             let few = limited.sweeps >= self.at_least && left.over <= self.few;
-            let finishes = left.over > 0 && (few || is_last);
+            let finishes = left.over > 0 && (few || is_stuck);
             is_done = worst <= enough || finishes && self.finish.run(&mut *self.levels, enough);
-            if is_done {
+            if is_stuck && !is_done && !self.is_small && left.over <= STUBBORN {
+                let weights = &model.particles.inverse_mass[self.cloth.particles()];
+                is_done = self.patch.run(&mut *self.levels, self.finish.around(), weights, enough);
+            }
+            if is_done || is_stuck {
                 break;
             }
         }
