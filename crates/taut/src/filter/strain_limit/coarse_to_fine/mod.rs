@@ -47,14 +47,16 @@ const HELD: [f64; 2] = [0.2, 0.6];
 const LEAST_ROOM: f32 = 0.5;
 /// .. to which they come little by little, by this part of the difference in a step, since a jump would be seen.
 const PACE: f32 = 0.05;
-/// Where cycles make more than this times the kinetic energy of the proposed step, taking that back would cost a hundredth of the motion.
-/// Small cloths are solved directly then, if they have at most so many springs, or so many and something heavy to bear.
-const RAISED: f64 = 1.02;
+/// Cloths with at most so many springs are solved directly where cycles do not end, or make more than this times the kinetic energy of the
+/// proposed step: taking that back would cost a hundredth of the motion.
 const SMALL: usize = 6000;
+const RAISED: f64 = 1.02;
+/// Cloths with at most so many springs and something heavy to bear are, too, but that takes them long: only where all cycles and a patch do
+/// not put it right, or make twice that energy.
 const SMALL_IF_HEAVY: usize = 30_000;
-/// Cycles that make this times that energy have pulled further than the step moves: steps of stiff, light cloth that bears something heavy
-/// are short, and their motion is a small part of the back-off. This part of the room is left then, down to what is as good as none.
 const DOUBLED: f64 = 2.0;
+/// Cycles that do have pulled further than the step moves: steps of stiff, light cloth that bears something heavy are short, and their
+/// motion is a small part of the back-off. This part of the room is left then, down to what is as good as none.
 const SHRINK: f32 = 0.25;
 const NO_ROOM: f32 = 1e-3;
 /// Coarse levels are swept twice: they carry the loads, and all of them together have fewer springs than half the finest ..
@@ -77,10 +79,12 @@ const AT_LEAST: u32 = 3;
 /// drops, is much of what a heavy point or a hand does to its cloth.
 const HEAVY: f32 = 16.0;
 const AT_LEAST_IF_HEAVY: u32 = 16;
-/// Where so many cycles leave more than this part of what the worst spring was too long, further ones are of no use: if no more than
-/// so many springs are over the limit, the place around them is solved directly.
+/// Where so many cycles leave more than this part of what the worst spring was too long, further ones are of no use ..
 const PATIENCE: u32 = 8;
 const PROGRESS: f32 = 0.7;
+/// .. but in cloth of more springs than these that bears something heavy: there progress is slow, and a direct solution slower.
+const PATIENT: usize = 1500;
+/// If no more than so many springs are over the limit then, the place around them is solved directly.
 const STUBBORN: usize = 100;
 /// A cloth hangs calm where its limit takes all of the proposed step but for this part of its kinetic energy. There a cycle more or less
 /// would be seen as a jerk: as many cycles as were needed are taken from then on, until it moves.
@@ -156,7 +160,9 @@ struct Unit {
     patch: Patch,
     /// Made when it is asked for the first time: most cloths never do.
     direct: Option<Direct>,
+    may_solve: bool,
     is_small: bool,
+    is_patient: bool,
     /// So few springs over their limit are put right one by one after so many cycles.
     few: usize,
     at_least: u32,
@@ -218,7 +224,9 @@ impl Unit {
             finish: Finish::new(model, cloth),
             patch: Patch::new(cloth.count),
             direct: None,
-            is_small: cloth.springs.len() <= if is_heavy { SMALL_IF_HEAVY } else { SMALL },
+            may_solve: cloth.springs.len() <= if is_heavy { SMALL_IF_HEAVY } else { SMALL },
+            is_small: cloth.springs.len() <= SMALL,
+            is_patient: is_heavy && cloth.springs.len() > PATIENT,
             at_least: if is_heavy { AT_LEAST_IF_HEAVY } else { AT_LEAST },
             few: (FEW * cloth.springs.len() as f32) as usize,
             shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
@@ -261,7 +269,7 @@ impl Unit {
             let Some(left) = left else { continue };
             worst = left.worst;
             let mut is_stuck = is_last;
-            if limited.sweeps >= next_look {
+            if limited.sweeps >= next_look && !self.is_patient {
                 is_stuck |= worst - enough > PROGRESS * before;
                 (next_look, before) = (limited.sweeps + PATIENCE, worst - enough);
             }
@@ -278,7 +286,8 @@ impl Unit {
         }
         let mut left_of_energy = self.settle(frame, energy, pool);
         // Pins that move differently may ask for what no place allows.
-        if let Some(frame) = frame.filter(|_| !is_done || left_of_energy > RAISED)
+        let is_poor = !is_done || left_of_energy > if self.is_small { RAISED } else { DOUBLED };
+        if let Some(frame) = frame.filter(|_| is_poor)
             && self.solve(model, &state.positions, ends, frame, rounding)
         {
             left_of_energy = self.settle(Some(frame), energy, pool);
@@ -306,9 +315,9 @@ impl Unit {
 
     /// Finds the place within all limits nearest to the proposed one, in small cloths. Returns whether that was done.
     fn solve(&mut self, model: &Model, positions: &Vectors, ends: &Vectors, frame: Vec3, rounding: f32) -> bool {
-        if self.is_small && self.direct.is_none() {
+        if self.may_solve && self.direct.is_none() {
             self.direct = Direct::new(model, &self.cloth);
-            self.is_small = self.direct.is_some();
+            self.may_solve = self.direct.is_some();
         }
         self.direct.as_mut().is_some_and(|direct| direct.run(&mut *self.levels, positions, ends, frame, rounding))
     }
