@@ -159,7 +159,8 @@ impl Interior {
             };
             let ahead = self.springs.iter().map(product).sum::<f64>() / links.len() as f64;
             // .. and tells how far from the boundary the corrector is to stay.
-            let centre = (ahead / mean).powi(3).min(1.0) * mean;
+            let left = ahead / mean;
+            let centre = (left * left * left).min(1.0) * mean;
             for (spring, link) in self.springs.iter_mut().zip(links) {
                 let [u, v] = link.ends.map(|end| Self::step_of(&self.number, &self.step, end));
                 spring.product = centre - spring.slack_step * spring.multiplier_step;

@@ -92,7 +92,7 @@ impl Patch {
         let mut links = Vec::new();
         let (mut energy, mut spread) = (0.0, 0.0_f64);
         let places: Vec<usize> = self.particles.iter().map(|particle| *particle as usize).collect();
-        let mass: Vec<f64> = places.iter().map(|&particle| f64::from(weights[particle])).collect();
+        let inverse_masses: Vec<f64> = places.iter().map(|&particle| f64::from(weights[particle])).collect();
         let start: Vec<DVec3> = places.iter().map(|&particle| levels.displacement(particle).as_dvec3()).collect();
         for (index, &particle) in places[..movable].iter().enumerate() {
             for &(other, limit) in around.of(particle) {
@@ -105,16 +105,19 @@ impl Patch {
                 let over = way.length() / aim - 1.0;
                 if over > 0.0 {
                     spread = spread.max(over);
-                    energy += (over * aim) * (over * aim) / (mass[index] + mass[number as usize]);
+                    energy += (over * aim) * (over * aim) / (inverse_masses[index] + inverse_masses[number as usize]);
                 }
                 let rest = way - (start[number as usize] - start[index]);
                 links.push(Link { ends: [index as u32, number], start: rest, aim });
             }
         }
         let movable: Vec<usize> = (0..movable).collect();
-        let Some(mut interior) = Interior::new(links.iter().map(|link| link.ends), &mass, &movable) else { return false };
+        let Some(mut interior) = Interior::new(links.iter().map(|link| link.ends), &inverse_masses, &movable) else {
+            return false;
+        };
         let mut found = start.clone();
-        let task = Task { links: &links, weights: &mass, proposed: &start, energy, spread, exact: EXACT, nearly: NEARLY };
+        let task =
+            Task { links: &links, weights: &inverse_masses, proposed: &start, energy, spread, exact: EXACT, nearly: NEARLY };
         let is_solved = energy > 0.0 && interior.run(task, &mut found);
         if is_solved {
             for &index in &movable {
