@@ -296,8 +296,11 @@ def places(run: Run) -> str:
         for frame, now in enumerate(run.positions):
             path = [np.interp(run.time[frame], times, [key[1][axis] for key in keys]) for axis in range(3)]
             off = float(np.abs(now[alone] - start[alone] - path).max())
-            # What has run away may come back, and pins with it: from there they are rounded.
-            size = max(size, np.abs(now - now.mean(axis=0)).max() + np.abs(path).max())
+            extent = np.abs(now[alone] - now.mean(axis=0)).max()
+            if run.runs_away:
+                # It may come back, and pins with it: they are rounded as far as it has been.
+                extent = max(size, np.abs(now - now.mean(axis=0)).max())
+            size = extent + np.abs(path).max()
             if off > 1e-6 * (1 + size):
                 return f"frame {frame}: pin {number} is {off} m off its place"
     return ""

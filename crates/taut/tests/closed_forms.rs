@@ -306,14 +306,16 @@ fn a_strip_that_bears_something_heavy_swings_as_a_pendulum() {
             Simulation::of(mesh_scene(json!({}), cloth, strip(size, cells)))
         };
         let bob = run.model.numbering.particle(cells[0]) as usize;
-        let (mut time, mut lost, mut steps) = (0.0, 0.0, 0);
+        let (mut time, mut lost, mut most, mut steps) = (0.0, 0.0, 0.0_f64, 0);
         let quarter = ELLIPTIC * (length * (1.0 + 0.5 * limit) / G).sqrt();
         while run.state.positions.x[bob] > 0.0 && time < 2.0 * quarter {
-            (lost, steps) = (lost + run.steps(1).lost_motion, steps + 1);
+            let part = run.steps(1).lost_motion;
+            (lost, most, steps) = (lost + part, most.max(part), steps + 1);
             time += run.step_length();
         }
         assert!((time / quarter - 1.0).abs() < 0.06, "{place}: at its lowest place after {time} s instead of {quarter} s");
-        let lost = lost / f64::from(steps);
+        // Cloth of over 6000 springs is solved directly where cycles double its energy only: there the mean counts.
+        let lost = if run.model.springs.ends.len() <= 6000 { most } else { lost / f64::from(steps) };
         assert!(lost < 0.01, "{place}: lost {lost} of its motion");
     }
 }

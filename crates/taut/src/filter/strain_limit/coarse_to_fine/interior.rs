@@ -75,7 +75,6 @@ pub(super) struct Interior {
 /// Of a spring.
 #[derive(Clone, Copy, Default)]
 struct Iterate {
-    way: DVec3,
     gradient: DVec3,
     /// g, s and m.
     value: f64,
@@ -99,15 +98,11 @@ impl Interior {
         let both = |[u, v]: [u32; 2]| Some([number[u as usize]?, number[v as usize]?]);
         let below = pairs.clone().filter_map(both).map(|[u, v]| (u.max(v), u.min(v)));
         let around = Adjacency::new(movable.len(), below);
-        let neighbours = |column: usize| -> Vec<u32> {
-            let mut rows = around.of(column).to_vec();
-            rows.sort_unstable();
-            rows.dedup();
-            rows
-        };
         let (mut columns, mut rows) = (vec![0], Vec::new());
         for column in 0..movable.len() {
-            let above = neighbours(column);
+            let mut above = around.of(column).to_vec();
+            above.sort_unstable();
+            above.dedup();
             for axis in 0..3 {
                 rows.extend(above.iter().flat_map(|row| 3 * row..3 * row + 3));
                 rows.extend((0..=axis).map(|other| 3 * column as u32 + other));
@@ -115,7 +110,11 @@ impl Interior {
             }
         }
         let place = |ends: [u32; 2]| match both(ends) {
-            Some([u, v]) => neighbours(u.max(v) as usize).partition_point(|row| *row < u.min(v)) as u32,
+            Some([u, v]) => {
+                let first = 3 * u.max(v) as usize;
+                let above = &rows[columns[first] as usize..columns[first + 1] as usize];
+                above.partition_point(|row| *row < 3 * u.min(v)) as u32 / 3
+            }
             None => 0,
         };
         Some(Self {
@@ -187,10 +186,9 @@ impl Interior {
     /// Springs at the present displacements.
     fn look(&mut self, links: &[Link], found: &[DVec3]) {
         for (spring, link) in self.springs.iter_mut().zip(links) {
-            spring.way = link.way(found);
-            let square = link.aim * link.aim;
-            spring.gradient = spring.way / square;
-            spring.value = 0.5 * (spring.way.length_squared() / square - 1.0);
+            let (way, square) = (link.way(found), link.aim * link.aim);
+            spring.gradient = way / square;
+            spring.value = 0.5 * (way.length_squared() / square - 1.0);
         }
     }
 
