@@ -66,6 +66,12 @@ pub struct Cloth {
     pub lift_coefficient: Option<f64>,
     /// Friction of the relative wind along both sides of the cloth together [1]; 0 leaves it out, as the paper does.
     pub friction_coefficient: f64,
+    /// Mid-surfaces of cloths are kept this far apart [m]; where nothing collides it has no effect. That of the preset when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thickness: Option<f64>,
+    /// Coulomb's coefficient of the friction of cloth on cloth [1]; 0.3 when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
     /// What is held.
     pub pins: Vec<Pin>,
     /// What hangs on it: extra masses, which the air does not see.
@@ -98,6 +104,8 @@ impl Default for Cloth {
             drag_coefficient: None,
             lift_coefficient: None,
             friction_coefficient: 0.0,
+            thickness: None,
+            friction: None,
             pins: Vec::new(),
             weights: Vec::new(),
         }
@@ -159,6 +167,7 @@ impl Cloth {
             air_drag: self.air_drag.unwrap_or(preset.air_drag),
             drag_coefficient,
             lift_coefficient: self.lift_coefficient.unwrap_or(drag_coefficient),
+            thickness: self.thickness.unwrap_or(preset.thickness),
         }
     }
 

@@ -40,29 +40,33 @@ pub struct Material {
     pub drag_coefficient: f64,
     /// C_l [1].
     pub lift_coefficient: f64,
+    /// How far mid-surfaces are kept apart [m].
+    pub thickness: f64,
 }
 
 impl Fabric {
     /// The preset's figures.
     #[must_use]
     pub fn material(self) -> Material {
-        let row = |strain_limit, density, stiffness, shear_stiffness, damping, air_drag, drag_coefficient| Material {
+        let row = |strain_limit, density, stiffness, shear_stiffness, damping, air_drag, thickness| Material {
             strain_limit,
             density,
             stiffness,
             shear_stiffness,
             damping,
             air_drag,
-            drag_coefficient,
-            lift_coefficient: drag_coefficient,
+            // That of a flat plate.
+            drag_coefficient: 1.2,
+            lift_coefficient: 1.2,
+            thickness,
         };
         match self {
-            Self::Silk => row(0.06, 0.07, 10.0, 3.0, 0.002, 0.25, 1.2),
-            Self::Cotton => row(0.05, 0.13, 20.0, 10.0, 0.004, 0.15, 1.2),
-            Self::Wool => row(0.08, 0.25, 25.0, 10.0, 0.0075, 0.1, 1.2),
-            Self::Denim => row(0.03, 0.41, 60.0, 36.0, 0.012, 0.05, 1.2),
-            Self::Nylon => row(0.04, 0.10, 20.0, 10.0, 0.004, 0.2, 1.2),
-            Self::Leather => row(0.02, 0.60, 100.0, 100.0, 0.03, 0.05, 1.2),
+            Self::Silk => row(0.06, 0.07, 10.0, 3.0, 0.002, 0.25, 2.0e-4),
+            Self::Cotton => row(0.05, 0.13, 20.0, 10.0, 0.004, 0.15, 3.0e-4),
+            Self::Wool => row(0.08, 0.25, 25.0, 10.0, 0.0075, 0.1, 5.0e-4),
+            Self::Denim => row(0.03, 0.41, 60.0, 36.0, 0.012, 0.05, 8.0e-4),
+            Self::Nylon => row(0.04, 0.10, 20.0, 10.0, 0.004, 0.2, 2.5e-4),
+            Self::Leather => row(0.02, 0.60, 100.0, 100.0, 0.03, 0.05, 8.0e-4),
         }
     }
 

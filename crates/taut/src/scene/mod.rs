@@ -4,7 +4,9 @@
 //! (see [`schema`]); the doc comments below are the field reference that users read.
 
 mod bending;
+mod body;
 mod cloth;
+mod contact;
 mod curves;
 mod error;
 mod fabric;
@@ -18,7 +20,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use bending::{Bending, BendingModel};
+pub use body::{AngleKeyframe, Body, Capsule, Cuboid, Plane, Shape, Sphere, Turn};
 pub use cloth::{Axis, Cloth, Grid, Network, PointMass, Source};
+pub use contact::Contact;
 pub use curves::{Curve, Curves};
 pub use error::SceneError;
 pub(crate) use error::{brief, shorten};
@@ -28,7 +32,7 @@ pub use solver::{FilterKind, IntegratorKind, Solver, Substeps};
 pub(crate) use validate::{FARTHEST, MASSES, NEAREST};
 pub use wind::{Flow, FlowElement, FlowKind, Gust, Wind, WindLaw, WindModel};
 
-/// A scene: cloths, the air and gravity they live in, and how to simulate them.
+/// A scene: cloths, the air and gravity they live in, the bodies in their way, and how to simulate them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
@@ -51,6 +55,12 @@ pub struct Scene {
     pub wind: Option<Wind>,
     /// The cloths.
     pub cloth: Vec<Cloth>,
+    /// What cloths collide with; nothing when left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub body: Vec<Body>,
+    /// What cloths collide with besides bodies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Contact>,
     /// How the scene is simulated.
     pub solver: Solver,
 }
@@ -66,6 +76,8 @@ impl Default for Scene {
             gravity_keyframes: Vec::new(),
             wind: None,
             cloth: Vec::new(),
+            body: Vec::new(),
+            contact: None,
             solver: Solver::default(),
         }
     }
@@ -124,6 +136,10 @@ impl Scene {
             }
             cloth.fill_in_material();
         }
+        for (index, body) in self.body.iter_mut().enumerate() {
+            body.name = body.name(index);
+        }
+        self.fill_in_contact();
     }
 }
 

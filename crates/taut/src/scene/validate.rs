@@ -3,10 +3,11 @@
 use super::error::brief;
 use super::{
     Bending, Cloth, Flow, FlowElement, FlowKind, Keyframe, Network, Pin, PointMass, Scene, SceneError, Selector, Source,
-    Substeps, Wind, curves,
+    Substeps, Wind, body, contact, curves,
 };
 
-type Check = Result<(), SceneError>;
+/// What a check finds wrong first, if anything.
+pub(super) type Check = Result<(), SceneError>;
 
 /// Coordinates and lengths beyond this [m] are mistakes.
 pub const FARTHEST: f64 = 1e5;
@@ -40,6 +41,7 @@ pub(super) fn check(scene: &Scene) -> Check {
     }
     check_solver(scene)?;
     curves::check_filter(scene)?;
+    contact::check_filter(scene)?;
     if scene.cloth.is_empty() {
         return Err(SceneError::at("cloth", "there is none; add a [[cloth]] with grid, mesh or network"));
     }
@@ -53,6 +55,15 @@ pub(super) fn check(scene: &Scene) -> Check {
                 format!("already the name of cloth[{first}]; choose another"),
             ));
         }
+    }
+    body::check(scene)
+}
+
+/// Names are short enough for a screen.
+pub(super) fn check_name(at: &str, name: &str) -> Check {
+    if name.chars().count() > LONGEST_NAME || name.contains(char::is_control) {
+        let problem = format!("must have at most {LONGEST_NAME} characters, none of them a control character");
+        return Err(SceneError::with_value(format!("{at}.name"), format!("{name:?}"), problem));
     }
     Ok(())
 }
@@ -112,10 +123,7 @@ fn check_solver(scene: &Scene) -> Check {
 
 /// Checks a cloth; `vertices` counts those of all grids.
 fn check_cloth(at: &str, cloth: &Cloth, vertices: &mut u64) -> Check {
-    if cloth.name.chars().count() > LONGEST_NAME || cloth.name.contains(char::is_control) {
-        let problem = format!("must have at most {LONGEST_NAME} characters, none of them a control character");
-        return Err(SceneError::with_value(format!("{at}.name"), format!("{:?}", cloth.name), problem));
-    }
+    check_name(at, &cloth.name)?;
     match cloth.sources().as_slice() {
         [Source::Grid(grid)] => {
             for (axis, size) in grid.size.iter().enumerate() {
@@ -153,6 +161,7 @@ fn check_cloth(at: &str, cloth: &Cloth, vertices: &mut u64) -> Check {
     vector(&format!("{at}.translate"), &cloth.translate, FARTHEST, "[0, 0, 1]")?;
     curves::check(at, cloth)?;
     check_material(at, cloth)?;
+    contact::check_cloth(at, cloth)?;
     for (index, pin) in cloth.pins.iter().enumerate() {
         check_pin(&format!("{at}.pins[{index}]"), pin, cloth)?;
     }
@@ -273,16 +282,21 @@ fn check_pin(at: &str, pin: &Pin, cloth: &Cloth) -> Check {
         let problem = "must be the path of an .npy or .pc2 file, and a pin that follows one has no `move`";
         return Err(SceneError::with_value(format!("{at}.follow"), format!("{path:?}"), problem));
     }
+    check_moves(&format!("{at}.move"), &pin.keyframes, "a pin is where the cloth is")
+}
+
+/// Keyframes of a displacement from the start, where `truth` holds.
+pub(super) fn check_moves(at: &str, keyframes: &[Keyframe], truth: &str) -> Check {
     let mut previous = f64::NEG_INFINITY;
-    for (index, key) in pin.keyframes.iter().enumerate() {
-        let at = format!("{at}.move[{index}]");
+    for (index, key) in keyframes.iter().enumerate() {
+        let at = format!("{at}[{index}]");
         within(&at, key.0, 0.0, 1e9, "0.0")?;
         vector(&at, &key.1, FARTHEST, "[0, 0, 0]")?;
         if key.0 <= previous {
             return Err(SceneError::with_value(at, key.0, "times must increase from keyframe to keyframe"));
         }
         if key.0 == 0.0 && key.1 != [0.0; 3] {
-            return Err(SceneError::at(at, "at time 0 a pin is where the cloth is; begin with [0, [0, 0, 0]]"));
+            return Err(SceneError::at(at, format!("at time 0 {truth}; begin with [0, [0, 0, 0]]")));
         }
         previous = key.0;
     }
@@ -320,26 +334,26 @@ pub(super) fn suspicions(scene: &Scene) -> Vec<String> {
     found
 }
 
-fn norm(vector: &[f64; 3]) -> f64 {
+pub(super) fn norm(vector: &[f64; 3]) -> f64 {
     vector.iter().map(|part| part * part).sum::<f64>().sqrt()
 }
 
-fn out_of_range(at: &str, value: impl std::fmt::Display, allowed: &str, remedy: &str) -> SceneError {
+pub(super) fn out_of_range(at: &str, value: impl std::fmt::Display, allowed: &str, remedy: &str) -> SceneError {
     SceneError::with_value(at, value, format!("must be {allowed}; try {remedy}"))
 }
 
-fn within(at: &str, value: f64, least: f64, most: f64, remedy: &str) -> Check {
+pub(super) fn within(at: &str, value: f64, least: f64, most: f64, remedy: &str) -> Check {
     let allowed = || format!("in [{}, {most}]", brief(least));
     if (least..=most).contains(&value) { Ok(()) } else { Err(out_of_range(at, brief(value), &allowed(), remedy)) }
 }
 
 /// A constant of a material or of the air: nothing, or what single precision sees.
-fn constant(at: &str, value: f64, most: f64, remedy: &str) -> Check {
+pub(super) fn constant(at: &str, value: f64, most: f64, remedy: &str) -> Check {
     let allowed = || format!("0 or in [{LEAST:e}, {most}]");
     if value == 0.0 || (LEAST..=most).contains(&value) { Ok(()) } else { Err(out_of_range(at, brief(value), &allowed(), remedy)) }
 }
 
-fn vector(at: &str, value: &[f64; 3], most: f64, remedy: &str) -> Check {
+pub(super) fn vector(at: &str, value: &[f64; 3], most: f64, remedy: &str) -> Check {
     if value.iter().all(|part| part.is_finite() && part.abs() <= most) {
         return Ok(());
     }
