@@ -19,10 +19,11 @@ pub struct Prepared {
 }
 
 /// Builds the model of a scene; `meshes` holds the geometry of every mesh that the scene names, `followed` the arrays that its pins
-/// follow.
+/// and bodies follow.
 ///
 /// # Errors
-/// A mesh is missing or unusable, a pin matches nothing, pins are out of the cloth's reach, the step is over its bound.
+/// A mesh is missing or unusable, a pin matches nothing, pins are out of the cloth's reach, a motion does not fit its body, the step is
+/// over its bound.
 pub fn prepare(
     scene: &Scene,
     meshes: &BTreeMap<String, MeshData>,

@@ -34,12 +34,15 @@ pub fn power(x: f64, exponent: u32) -> f64 {
 /// The turn round x, then y, then z, each about its fixed axis, by these angles in degrees.
 #[must_use]
 pub fn turn([x, y, z]: [f64; 3]) -> DQuat {
-    let about = |axis: DVec3, degrees: f64| {
-        let half = 0.5 * degrees * (std::f64::consts::PI / 180.0);
-        let along = axis * libm::sin(half);
-        DQuat::from_xyzw(along.x, along.y, along.z, libm::cos(half))
-    };
-    about(DVec3::Z, z) * about(DVec3::Y, y) * about(DVec3::X, x)
+    turn_about(DVec3::Z, z) * turn_about(DVec3::Y, y) * turn_about(DVec3::X, x)
+}
+
+/// The turn round an axis of length 1 by an angle in degrees, counter-clockwise seen against it.
+#[must_use]
+pub fn turn_about(axis: DVec3, degrees: f64) -> DQuat {
+    let half = 0.5 * degrees * (std::f64::consts::PI / 180.0);
+    let along = axis * libm::sin(half);
+    DQuat::from_xyzw(along.x, along.y, along.z, libm::cos(half))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
-//! What comes with a step from outside: gravity, the moving air, where held particles go. A step reads it and never changes it.
+//! What comes with a step from outside: gravity, the moving air, where held particles and bodies go. A step reads it and never changes it.
 
 mod air;
+mod bodies;
 mod flow;
 mod grips;
 mod paths;
@@ -12,6 +13,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 pub use air::{Air, OCTAVES, Wave};
+pub use bodies::BodyPaths;
 pub use flow::{Flows, Outflow, Vortex};
 pub use grips::{Grips, Lead, Shift, Target};
 pub use paths::{Followed, Paths};
@@ -29,6 +31,8 @@ pub struct Inputs {
     pub air: Option<Air>,
     /// Where the pins of the scene go.
     pub pins: Paths,
+    /// Where the bodies of the scene go.
+    pub bodies: BodyPaths,
     /// The strain limit of each cloth [1].
     pub limits: Vec<Ramp>,
     /// What a user holds.
@@ -36,10 +40,10 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// What a scene asks for; `followed` holds the arrays that its pins follow.
+    /// What a scene asks for; `followed` holds the arrays that its pins and bodies follow.
     ///
     /// # Errors
-    /// Pins move further apart than the cloth between them reaches, or an array does not fit its pins.
+    /// Pins move further apart than the cloth between them reaches, or an array does not fit its pins or its body.
     pub fn new(scene: &Scene, model: &Model, followed: &BTreeMap<String, Followed>) -> Result<Self, SceneError> {
         let pins = Paths::new(scene, model, followed)?;
         reach::check(&pins, model)?;
@@ -48,6 +52,7 @@ impl Inputs {
             gravity,
             air: scene.wind.as_ref().map(Air::new),
             pins,
+            bodies: BodyPaths::new(scene, model, followed)?,
             limits: scene.cloth.iter().map(Ramp::of_limit).collect(),
             grips: Grips::default(),
         })

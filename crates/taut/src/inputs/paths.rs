@@ -9,8 +9,8 @@ use super::Track;
 use crate::model::Model;
 use crate::scene::{Scene, SceneError};
 
-/// At the start a pin is where the cloth is but for this part of the cloth's size [1].
-const NEAR: f64 = 1e-3;
+/// At the start a pin is where the cloth is, and a body where its mesh is, but for this part of their size [1].
+pub(super) const NEAR: f64 = 1e-3;
 /// Places beyond this are refused [m]: single precision tells them 64 m apart.
 const FARTHEST: f64 = 1e9;
 
@@ -84,35 +84,42 @@ impl Paths {
 
 impl Followed {
     /// The place of a vertex so many frames after the start [m]: on a straight line between frames, at the last one after it.
-    fn at(&self, vertex: usize, frames: f64) -> DVec3 {
+    pub(super) fn at(&self, vertex: usize, frames: f64) -> DVec3 {
         let last = self.places.len() / self.vertices - 1;
         let place = |frame: usize| self.places[frame.min(last) * self.vertices + vertex];
         let frame = frames as usize;
         let part = frames - frame as f64;
         if part > 0.0 { place(frame).lerp(place(frame + 1), part) } else { place(frame) }
     }
+
+    /// What is wrong with it whatever it is for, if anything is; it has at least one vertex.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let Self { vertices, places, rate } = self;
+        if places.is_empty() || places.len() % vertices != 0 {
+            return Err("has no frame; give at least one".to_owned());
+        }
+        if rate.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
+            return Err("has no frames per second above 0".to_owned());
+        }
+        if let Some(place) = places.iter().position(|place| !(place.is_finite() && place.abs().max_element() <= FARTHEST)) {
+            let (frame, vertex) = (place / vertices, place % vertices);
+            return Err(format!(
+                "has {:?} at [{frame}, {vertex}]; all places must be finite numbers within {FARTHEST:e} m of the origin",
+                places[place].to_array()
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// What is wrong with the array of a group, if anything is.
 fn check(model: &Model, group: usize, array: &Followed) -> Result<(), String> {
     let pins = &model.pins[group];
-    let Followed { vertices, places, rate } = array;
+    let Followed { vertices, places, .. } = array;
     if *vertices != pins.particles.len() {
         return Err(format!("has places of {vertices} vertices, the pin holds {}; give one for each", pins.particles.len()));
     }
-    if places.is_empty() || places.len() % vertices != 0 {
-        return Err("has no frame; give at least one".to_owned());
-    }
-    if rate.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
-        return Err("has no frames per second above 0".to_owned());
-    }
-    if let Some(place) = places.iter().position(|place| !(place.is_finite() && place.abs().max_element() <= FARTHEST)) {
-        let (frame, vertex) = (place / vertices, place % vertices);
-        return Err(format!(
-            "has {:?} at [{frame}, {vertex}]; all places must be finite numbers within {FARTHEST:e} m of the origin",
-            places[place].to_array()
-        ));
-    }
+    array.check()?;
     let cloth = &model.cloths[pins.cloth];
     let rest = cloth.particles().map(|particle| model.particles.rest.get(particle).as_dvec3());
     let (low, high) = rest.fold((DVec3::MAX, DVec3::MIN), |(low, high), place| (low.min(place), high.max(place)));

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{Cloth, Keyframe, LimitKeyframe};
+use crate::scene::{Cloth, Keyframe, Turn};
 
 /// Straight lines between keyframes, constant after the last.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,13 +55,20 @@ impl Track {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ramp {
     start: f64,
-    keyframes: Vec<LimitKeyframe>,
+    /// Times [s] and values.
+    keyframes: Vec<(f64, f64)>,
 }
 
 impl Ramp {
     /// The strain limit of a cloth.
     pub(super) fn of_limit(cloth: &Cloth) -> Self {
-        Self { start: cloth.material().strain_limit, keyframes: cloth.strain_limit_keyframes.clone() }
+        let keyframes = cloth.strain_limit_keyframes.iter().map(|key| (key.0, key.1)).collect();
+        Self { start: cloth.material().strain_limit, keyframes }
+    }
+
+    /// The angle of a turn [degrees].
+    pub(super) fn of_angle(turn: &Turn) -> Self {
+        Self { start: 0.0, keyframes: turn.angle.iter().map(|key| (key.0, key.1)).collect() }
     }
 
     /// Whether it ever changes.
@@ -74,7 +81,7 @@ impl Ramp {
     #[must_use]
     pub fn at(&self, time: f64) -> f64 {
         let mut before = (0.0, self.start);
-        for &LimitKeyframe(at, value) in &self.keyframes {
+        for &(at, value) in &self.keyframes {
             if time < at {
                 return before.1 + (value - before.1) * ((time - before.0) / (at - before.0));
             }

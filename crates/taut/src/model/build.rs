@@ -10,8 +10,8 @@ use super::bending::{CurvedCloth, Row};
 use super::extent;
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Bend, Bending, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice, LevelRate,
-    Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
+    Adjacency, Bend, Bending, Bodies, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice,
+    LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
     curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, precision, rates, rates::Rates, suits, weights,
 };
 use crate::geometry::{Vectors, turn};
@@ -24,7 +24,7 @@ impl Model {
     /// Builds a model; `meshes` holds the geometry of every mesh that the scene names.
     ///
     /// # Errors
-    /// A mesh is missing or unusable, a pin matches nothing, the solver can do nothing for a cloth.
+    /// A mesh of a cloth or a body is missing or unusable, a pin matches nothing, the solver can do nothing for a cloth.
     pub fn build(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Result<Self, SceneError> {
         let mut assembly = Assembly { warnings: scene.warnings(), ..Assembly::default() };
         for (index, cloth) in scene.cloth.iter().enumerate() {
@@ -32,7 +32,8 @@ impl Model {
             let (part, origin) = build_part(cloth, &at, meshes)?;
             assembly.add(scene, cloth, part, origin, &at)?;
         }
-        assembly.finish(scene)
+        let bodies = Bodies::build(scene, meshes, &mut assembly.warnings)?;
+        assembly.finish(scene, bodies)
     }
 }
 
@@ -251,7 +252,7 @@ impl Assembly {
         Ok(())
     }
 
-    fn finish(mut self, scene: &Scene) -> Result<Model, SceneError> {
+    fn finish(mut self, scene: &Scene, bodies: Bodies) -> Result<Model, SceneError> {
         for group in &self.pins {
             for &particle in &group.particles {
                 self.particles.inverse_mass[particle as usize] = 0.0;
@@ -308,7 +309,7 @@ impl Assembly {
             links: links.into(),
             curved: curved.into(),
             bending: bending.into(),
-            fingerprint: fingerprint(scene, &self.particles.rest, &springs),
+            fingerprint: fingerprint(scene, &self.particles.rest, &springs, &bodies),
             panels: Arc::new(Panels {
                 around: Adjacency::new(count, around),
                 corners: self.panels.iter().map(|panel| panel.corners).collect(),
@@ -321,6 +322,7 @@ impl Assembly {
             particles: self.particles,
             springs: springs.into(),
             pins: self.pins.into(),
+            bodies: bodies.into(),
             solver: scene.solver.clone(),
             rates,
             warnings: self.warnings,
@@ -370,12 +372,14 @@ fn arrays(list: &[Spring], curves: &[Curve], filter: FilterKind) -> Springs {
 }
 
 /// Hash of the scene and of the geometry it led to.
-fn fingerprint(scene: &Scene, rest: &Vectors, springs: &Springs) -> u64 {
+fn fingerprint(scene: &Scene, rest: &Vectors, springs: &Springs, bodies: &Bodies) -> u64 {
     let mut hash = Xxh3::new();
     hash.update(scene.to_json().as_bytes());
     for point in rest.iter() {
         point.to_array().iter().for_each(|part| hash.update(&part.to_le_bytes()));
     }
     springs.ends.iter().flatten().for_each(|end| hash.update(&end.to_le_bytes()));
+    bodies.rest.iter().flat_map(|place| place.to_array()).for_each(|part| hash.update(&part.to_le_bytes()));
+    bodies.triangles.iter().flatten().for_each(|corner| hash.update(&corner.to_le_bytes()));
     hash.digest()
 }

@@ -1,4 +1,4 @@
-//! Any polygon mesh: its edges become springs, quads get both diagonals, faults are repaired and reported.
+//! Any polygon mesh. Of a cloth: its edges become springs, quads get both diagonals, faults are repaired and reported.
 
 use std::collections::BTreeSet;
 
@@ -49,22 +49,36 @@ struct Side {
 /// # Errors
 /// Numbers that are not finite or, times `scale`, too far away; vertex numbers out of range; nothing usable left.
 pub(super) fn build(mesh: &MeshData, field: &str, scale: f64, flexion: bool) -> Result<Part, SceneError> {
+    let (mut part, faces) = triangles(mesh, field, scale, "a cloth")?;
+    part.panels = part.triangles.iter().copied().map(Panel::triangle).collect();
+    note_oddities(&mut part);
+    springs(&faces, &mut part, flexion);
+    Ok(part)
+}
+
+/// The points and triangles of the surface of a body, no more; `field` names the mesh in errors.
+///
+/// # Errors
+/// Numbers that are not finite or, times `scale`, too far away; vertex numbers out of range; nothing usable left.
+pub(super) fn surface(mesh: &MeshData, field: &str, scale: f64) -> Result<Part, SceneError> {
+    triangles(mesh, field, scale, "a body").map(|(part, _)| part)
+}
+
+/// The points of a mesh, its triangles, neighbours seen from the same side, and what became of its polygons.
+fn triangles(mesh: &MeshData, field: &str, scale: f64, what: &str) -> Result<(Part, Vec<Face>), SceneError> {
     check(mesh, field, scale)?;
     let points: Vec<DVec3> = mesh.vertices.iter().copied().map(DVec3::from_array).collect();
     let mut part = Part { points, ..Part::default() };
     let faces = triangulate(mesh, &part.points, &mut part.notes);
     if faces.is_empty() {
-        return Err(SceneError::at(field, "has no face with an area; a cloth needs at least one triangle"));
+        return Err(SceneError::at(field, format!("has no face with an area; {what} needs at least one triangle")));
     }
     part.triangles = faces.iter().map(|face| face.corners).collect();
     let flipped = winding::make_consistent(&mut part.triangles);
     if flipped > 0 {
         part.notes.push(format!("{flipped} faces were turned round so that all face the same way"));
     }
-    part.panels = part.triangles.iter().copied().map(Panel::triangle).collect();
-    note_oddities(&mut part);
-    springs(&faces, &mut part, flexion);
-    Ok(part)
+    Ok((part, faces))
 }
 
 fn check(mesh: &MeshData, field: &str, scale: f64) -> Result<(), SceneError> {

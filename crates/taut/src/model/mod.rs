@@ -1,7 +1,8 @@
-//! What is simulated: particles, springs, triangles, pins. Frozen after it is built.
+//! What is simulated: particles, springs, triangles, pins, bodies. Frozen after it is built.
 
 mod adjacency;
 mod bending;
+mod body;
 mod build;
 mod curve;
 mod extent;
@@ -30,6 +31,7 @@ use std::sync::Arc;
 
 pub use adjacency::Adjacency;
 pub use bending::{Bend, Bending, Buckling, Curvatures, Share};
+pub use body::{Bodies, Body, BodyShape};
 pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
 pub use footprint::Footprint;
 pub use hierarchy::{Hierarchy, Parents, coarse_grid, shares};
@@ -75,6 +77,8 @@ pub struct Model {
     pub hierarchies: Arc<[Hierarchy]>,
     /// Held particles.
     pub pins: Arc<[PinGroup]>,
+    /// What cloths collide with.
+    pub bodies: Arc<Bodies>,
     /// Integrator and filter.
     pub solver: Solver,
     /// How fast it can vibrate.

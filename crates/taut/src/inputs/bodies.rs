@@ -1,0 +1,135 @@
+//! Where the bodies of a scene go.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::paths::{Followed, NEAR};
+use super::track::{Ramp, Track};
+use crate::geometry::turn_about;
+use crate::model::{Bodies, Body, Model};
+use crate::scene::{self, Scene, SceneError};
+
+/// The path of a body.
+#[derive(Debug, Clone, PartialEq)]
+enum Path {
+    /// It stays.
+    Still,
+    /// First it turns, then it is displaced [m].
+    Moved(Option<Turning>, Track),
+    /// With its frames per second [1/s].
+    Followed(Followed, f64),
+}
+
+/// A turn about a fixed line.
+#[derive(Debug, Clone, PartialEq)]
+struct Turning {
+    /// Its direction, of length 1.
+    axis: DVec3,
+    /// A point of it [m].
+    point: DVec3,
+    /// [degrees]
+    angle: Ramp,
+}
+
+/// The path of each body of a model.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BodyPaths {
+    paths: Vec<Path>,
+}
+
+impl BodyPaths {
+    /// What the bodies of a scene say.
+    pub(super) fn new(scene: &Scene, model: &Model, followed: &BTreeMap<String, Followed>) -> Result<Self, SceneError> {
+        let bodies = scene.body.iter().zip(&model.bodies.list).enumerate();
+        let paths = bodies.map(|(index, (asked, body))| {
+            let Some(name) = &asked.motion else { return Ok(moved(asked)) };
+            let refuse = |problem: String| SceneError::with_value(format!("body[{index}].motion"), format!("{name:?}"), problem);
+            let array = followed.get(name).ok_or_else(|| refuse("its places were not given".to_owned()))?;
+            check(&model.bodies, body, array).map_err(refuse)?;
+            Ok(Path::Followed(array.clone(), array.rate.unwrap_or(scene.fps)))
+        });
+        Ok(Self { paths: paths.collect::<Result<_, _>>()? })
+    }
+
+    /// Writes where the vertices of all bodies are at `time` [s] in the world [m].
+    ///
+    /// # Panics
+    /// If `bodies` are not those of the scene, or `places` has another length than their vertices.
+    pub fn places(&self, bodies: &Bodies, time: f64, places: &mut [DVec3]) {
+        places.copy_from_slice(&bodies.rest);
+        for (body, path) in bodies.list.iter().zip(&self.paths) {
+            let places = &mut places[body.vertices.clone()];
+            match path {
+                Path::Still => {}
+                Path::Moved(turning, way) => {
+                    if let Some(turning) = turning {
+                        turning.apply(time, places);
+                    }
+                    let way = way.at(time);
+                    places.iter_mut().for_each(|place| *place += way);
+                }
+                Path::Followed(array, rate) => {
+                    let places = places.iter_mut().enumerate();
+                    places.for_each(|(vertex, place)| *place = array.at(vertex, time * rate));
+                }
+            }
+        }
+    }
+
+    /// Whether any body ever moves.
+    #[must_use]
+    pub fn any_moves(&self) -> bool {
+        self.paths.iter().any(|path| *path != Path::Still)
+    }
+}
+
+impl Turning {
+    fn apply(&self, time: f64, places: &mut [DVec3]) {
+        let angle = self.angle.at(time);
+        // What has not turned is where it was to the last bit.
+        if angle != 0.0 {
+            let turn = turn_about(self.axis, angle);
+            places.iter_mut().for_each(|place| *place = self.point + turn * (*place - self.point));
+        }
+    }
+}
+
+/// The path of a body without a motion.
+fn moved(asked: &scene::Body) -> Path {
+    let turning = asked.turn.as_ref().filter(|turn| !turn.angle.is_empty()).map(|turn| Turning {
+        axis: DVec3::from_array(turn.axis).normalize(),
+        point: DVec3::from_array(turn.point),
+        angle: Ramp::of_angle(turn),
+    });
+    if turning.is_none() && asked.keyframes.is_empty() {
+        return Path::Still;
+    }
+    Path::Moved(turning, Track::new(DVec3::ZERO, &asked.keyframes))
+}
+
+/// What is wrong with the motion of a body, if anything is.
+fn check(bodies: &Bodies, body: &Body, array: &Followed) -> Result<(), String> {
+    let Followed { vertices, places, .. } = array;
+    let (name, count) = (&body.name, body.vertices.len());
+    if *vertices != count {
+        return Err(format!(
+            "has places of {vertices} vertices in every frame, the mesh of {name:?} has {count} vertices; give one for each, in the \
+             order of the mesh"
+        ));
+    }
+    array.check()?;
+    let rest = &bodies.rest[body.vertices.clone()];
+    let (low, high) = rest.iter().fold((DVec3::MAX, DVec3::MIN), |(low, high), &place| (low.min(place), high.max(place)));
+    for (vertex, (place, home)) in places.iter().zip(rest).enumerate() {
+        if place.distance(*home) > NEAR * low.distance(high) {
+            return Err(format!(
+                "has vertex {vertex} of {name:?} at {:?} in frame 0, but the mesh, scaled, rotated and translated, has it at {:?}; all \
+                 places are in the world, and a motion begins where the mesh is: take the first frame for the mesh",
+                place.to_array(),
+                home.to_array()
+            ));
+        }
+    }
+    Ok(())
+}
