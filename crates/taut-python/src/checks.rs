@@ -49,8 +49,18 @@ pub fn affordable(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> PyResul
     if memory::is_there(asked) {
         return Ok(());
     }
+    let of_body = |index: &usize| Footprint::of_body(&scene.body[*index], meshes).memory;
     let own = |index: &usize| Footprint::of_cloth(&scene.cloth[*index], &scene.solver, meshes);
     let largest = (0..scene.cloth.len()).max_by_key(|index| own(index).memory).unwrap_or_default();
+    if let Some(body) = (0..scene.body.len()).max_by_key(of_body).filter(|body| of_body(body) > own(&largest).memory) {
+        let problem = format!(
+            "the scene needs about {:.2} GB of memory, most of it here, and this process cannot have it; use a coarser mesh, close other \
+             programs or take a larger machine",
+            needs.memory as f64 / 1e9
+        );
+        let path = format!("{:?}", scene.body[body].mesh.as_deref().unwrap_or_default());
+        return Err(scene_error(SceneError::with_value(format!("body[{body}].mesh"), path, problem)));
+    }
     let cloth = &scene.cloth[largest];
     let (field, value) = match cloth.sources().first() {
         Some(Source::Grid(grid)) => ("grid.cells", format!("{:?}", grid.cells)),

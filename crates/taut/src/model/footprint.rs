@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::MeshData;
-use crate::scene::{BendingModel, Cloth, FilterKind, Scene, Solver, Source};
+use crate::scene::{BendingModel, Body, Cloth, FilterKind, Scene, Solver, Source};
 
 /// What a scene needs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -46,12 +46,23 @@ impl Footprint {
     /// That of a scene; `meshes` holds the geometry of the meshes that it names.
     #[must_use]
     pub fn of(scene: &Scene, meshes: &BTreeMap<String, MeshData>) -> Self {
-        scene.cloth.iter().map(|cloth| Self::of_cloth(cloth, &scene.solver, meshes)).fold(Self::default(), |sum, one| Self {
+        let cloths = scene.cloth.iter().map(|cloth| Self::of_cloth(cloth, &scene.solver, meshes));
+        cloths.chain(scene.body.iter().map(|body| Self::of_body(body, meshes))).fold(Self::default(), |sum, one| Self {
             vertices: sum.vertices + one.vertices,
             springs: sum.springs + one.springs,
             memory: sum.memory + one.memory,
             frame: sum.frame + one.frame,
         })
+    }
+
+    /// That of one of the bodies of a scene: memory alone.
+    #[must_use]
+    pub fn of_body(body: &Body, meshes: &BTreeMap<String, MeshData>) -> Self {
+        let mesh = body.mesh.as_ref().and_then(|name| meshes.get(name));
+        Self {
+            memory: mesh.map_or(0, |mesh| VERTEX * mesh.vertices.len() as u64 + TRIANGLE * triangles(mesh)),
+            ..Self::default()
+        }
     }
 
     /// That of one of the cloths of a scene with this solver.
@@ -65,7 +76,7 @@ impl Footprint {
             }
             Some(Source::Mesh(name)) => {
                 let Some(mesh) = meshes.get(*name) else { return Self::default() };
-                let triangles = (mesh.corners.len() as u64).saturating_sub(2 * mesh.counts.len() as u64);
+                let triangles = triangles(mesh);
                 // Two triangles share an edge; a quad has its second diagonal as well.
                 let diagonals = mesh.counts.iter().filter(|&&count| count == 4).count() as u64;
                 (mesh.vertices.len() as u64, 3 * triangles / 2 + diagonals, triangles, BENDING[1] * triangles)
@@ -99,4 +110,9 @@ impl Footprint {
             frame: VECTOR * rows * vertices,
         }
     }
+}
+
+/// Triangles that the faces of a mesh make.
+fn triangles(mesh: &MeshData) -> u64 {
+    (mesh.corners.len() as u64).saturating_sub(2 * mesh.counts.len() as u64)
 }
