@@ -126,8 +126,8 @@ class Engine:
         scene: a scene as JSON (resolved or not).
         meshes: for every ``mesh`` path that the scene names, its geometry.
         threads: worker threads; results do not depend on it. ``None``: all cores.
-        paths: for every array that a pin of the scene follows its places [m], shape (frames, vertices, 3),
-            and its frames per second; ``None``: those of the scene.
+        paths: for every array that a pin or a body of the scene follows its places [m], shape (frames,
+            vertices, 3), and its frames per second; ``None``: those of the scene.
 
     Raises:
         SceneError: the scene or a mesh cannot be simulated; or see :func:`simd_lanes`.

@@ -60,7 +60,7 @@ class Simulated:
 
     @property
     def paths(self) -> Mapping[str, FollowedPath]:
-        """The arrays that pins of the scene follow: places [m] and frames per second, if not the scene's."""
+        """The arrays that pins and bodies follow: places [m] and frames per second, if not the scene's."""
         return self._paths
 
     @property

@@ -138,7 +138,39 @@ _MESH: dict[str, Any] = {
         }
     ],
 }
-BASES: dict[str, dict[str, Any]] = {"grid": _GRID, "network": _NETWORK, "curves": _CURVES, "mesh": _MESH}
+_BODIES: dict[str, Any] = {
+    "contact": {"self": False},
+    "cloth": [
+        {
+            "grid": {"size": [0.4, 0.4], "cells": [4, 4], "axes": ["x", "y"], "origin": [0.0, 0.0, 1.0]},
+            "density": 0.2,
+            "thickness": 0.002,
+            "friction": 0.4,
+            "pins": [{"corner": "top-left"}],
+        }
+    ],
+    "body": [
+        {
+            "name": "ball",
+            "sphere": {"center": [0.2, 0.2, 0.0], "radius": 0.1},
+            "friction": 0.2,
+            "thickness": 0.002,
+            "turn": {"axis": [0.0, 0.0, 1.0], "point": [0.2, 0.2, 0.0], "angle": [[0.5, 90.0], [1.0, 0.0]]},
+            "move": [[0.0, [0.0, 0.0, 0.0]], [1.0, [0.1, 0.0, 0.0]]],
+        },
+        {"capsule": {"from": [-1.0, 0.0, 0.0], "to": [-0.9, 1.0, 0.3], "radius": 0.05}},
+        {"box": {"center": [1.0, 0.0, 0.0], "size": [0.1, 0.2, 0.3], "rotate": [0.0, 0.0, 45.0]}},
+        {"plane": {"point": [0.0, 0.0, -1.0], "normal": [0.0, 0.0, 1.0]}, "move": [[1.0, [0.0, 0.0, 0.1]]]},
+        {"mesh": "sheet", "scale": 0.5, "rotate": [90.0, 0.0, 0.0], "translate": [0.0, 0.0, -0.5]},
+    ],
+}
+BASES: dict[str, dict[str, Any]] = {
+    "grid": _GRID,
+    "network": _NETWORK,
+    "curves": _CURVES,
+    "mesh": _MESH,
+    "bodies": _BODIES,
+}
 
 INTEGRATORS = ("euler", "forward_euler", "midpoint", "rk4", "verlet", "implicit_euler", "bdf2")
 FILTERS = (
@@ -293,7 +325,7 @@ def _wrong_with_refusal(scene: Mutant, message: str) -> str:
     if "\n" in message or "did you mean `" in message and not re.search(r"did you mean `\w+`\?", message):
         return f"{scene}: is refused oddly: {message}"
     # A list may be named as a whole.
-    names = {re.sub(r"(?<!^cloth)\[\d+\].*", "", field) for field in scene.fields}
+    names = {re.sub(r"(?<!^cloth)(?<!^body)\[\d+\].*", "", field) for field in scene.fields}
     if not any(name in message for name in names):
         return f"{scene}: is refused without its name: {message}"
     return ""

@@ -97,7 +97,7 @@ pub fn meshes(given: &Bound<'_, PyDict>) -> PyResult<BTreeMap<String, MeshData>>
 /// places (frames, vertices, 3) float64, frames per second or none.
 type FollowedArray<'py> = (Bound<'py, PyArray3<f64>>, Option<f64>);
 
-/// The arrays that pins of a scene follow.
+/// The arrays that pins and bodies of a scene follow.
 pub fn followed(given: Option<&Bound<'_, PyDict>>) -> PyResult<BTreeMap<String, Followed>> {
     let given = given.map_or_else(|| Ok(BTreeMap::new()), |given| given.extract::<BTreeMap<String, FollowedArray<'_>>>())?;
     let read = |(name, (array, rate)): (String, FollowedArray<'_>)| {

@@ -1,8 +1,8 @@
-"""The geometry that a scene's cloths name: files beside the scene, or arrays."""
+"""The geometry that a scene's cloths and bodies name: files beside the scene, or arrays."""
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
@@ -119,16 +119,23 @@ def read_meshes(
     """
     meshes: dict[str, Mesh] = {}
     repairs: list[str] = []
-    for index, cloth in enumerate(document["cloth"]):
-        name = cloth.get("mesh")
-        if name is None or name in meshes:
+    for field, name in _named(document):
+        if name in meshes:
             continue
         if name in given:
             meshes[name] = given[name]
             continue
         from taut.formats import read_mesh  # here: a scene of grids need not load the mesh readers
 
-        polygons = read_mesh(resolve_path(name, folder, f"scene.cloth[{index}].mesh", sandbox))
+        polygons = read_mesh(resolve_path(name, folder, field, sandbox))
         meshes[name] = (polygons.vertices, polygons.corners, polygons.counts)
         repairs += [f"{name}: {repair}" for repair in polygons.repairs]
     return meshes, repairs
+
+
+def _named(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Every mesh that a resolved scene names, and where."""
+    for kind in ("cloth", "body"):
+        for index, holder in enumerate(document.get(kind, ())):
+            if holder.get("mesh") is not None:
+                yield f"scene.{kind}[{index}].mesh", holder["mesh"]

@@ -1,6 +1,6 @@
-"""The arrays that pins follow: files beside the scene, or arrays."""
+"""The arrays that pins and bodies follow: files beside the scene, or arrays."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ def check_path(where: str, path: ArrayLike) -> NDArray[np.float64]:
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype.kind not in "fiu":
         raise SceneError(
             f"{where}: has shape {array.shape} and type {array.dtype}; "
-            "must be numbers of shape (frames, pinned vertices, 3)"
+            "must be numbers of shape (frames, vertices, 3)"
         )
     with np.errstate(invalid="ignore"):  # what is not finite is refused later
         return np.ascontiguousarray(array, np.float64)
@@ -37,25 +37,33 @@ def check_path(where: str, path: ArrayLike) -> NDArray[np.float64]:
 def read_paths(
     document: Mapping[str, Any], folder: Path, given: Mapping[str, FollowedPath], sandbox: bool = False
 ) -> dict[str, FollowedPath]:
-    """Return every array that a pin of a resolved scene follows.
+    """Return every array that a pin or a body of a resolved scene follows.
 
     Raises:
         SceneError: a file is missing or no such array.
     """
     paths: dict[str, FollowedPath] = {}
+    for field, name in _named(document):
+        if name in paths:
+            continue
+        if name in given:
+            paths[name] = given[name]
+        else:
+            paths[name] = _read(
+                resolve_path(name, folder, field, sandbox), f"{field} = {shorten(repr(name))}", document
+            )
+    return paths
+
+
+def _named(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Every array that a resolved scene names, and where."""
     for index, cloth in enumerate(document["cloth"]):
         for number, pin in enumerate(cloth["pins"]):
-            name = pin.get("follow")
-            if name is None or name in paths:
-                continue
-            field = f"scene.cloth[{index}].pins[{number}].follow"
-            if name in given:
-                paths[name] = given[name]
-            else:
-                paths[name] = _read(
-                    resolve_path(name, folder, field, sandbox), f"{field} = {shorten(repr(name))}", document
-                )
-    return paths
+            if pin.get("follow") is not None:
+                yield f"scene.cloth[{index}].pins[{number}].follow", pin["follow"]
+    for index, body in enumerate(document.get("body", ())):
+        if body.get("motion") is not None:
+            yield f"scene.body[{index}].motion", body["motion"]
 
 
 def _read(path: Path, where: str, document: Mapping[str, Any]) -> FollowedPath:

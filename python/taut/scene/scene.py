@@ -34,12 +34,12 @@ class Scene:
 
         Args:
             document: the scene's fields as in a TOML file; NumPy arrays may stand for lists.
-            meshes: geometry for the ``mesh`` names of cloths, so that no file is read: for each name a
-                pair of vertices [m], shape (vertices, 3), and faces, shape (faces, 3) or (faces, 4), from 0.
+            meshes: geometry for the ``mesh`` names of cloths and bodies, so that no file is read: for each name
+                a pair of vertices [m], shape (vertices, 3), and faces, shape (faces, 3) or (faces, 4), from 0.
             folder: where mesh paths start; the current folder when left out.
             sandbox: for documents from elsewhere: no mesh or path outside that folder is read.
-            paths: arrays for the ``follow`` names of pins, so that no file is read: for each name places [m],
-                shape (frames, pinned vertices, 3).
+            paths: arrays for the ``follow`` names of pins and the ``motion`` names of bodies, so that no file
+                is read: for each name places [m], shape (frames, vertices, 3).
 
         Raises:
             SceneError: a field is unknown, misspelt, of the wrong type or out of range.
@@ -90,15 +90,16 @@ class Scene:
 
         Args:
             settings: ``path=value`` each, as in ``solver.filter=none``, ``cloth[0].strain_limit=0.1``,
-                ``cloth.flag.strain_limit=0.1`` (a cloth by its name), ``wind.velocity=[12, 0, 0]``.
+                ``cloth.flag.strain_limit=0.1`` (a cloth or a body by its name), ``wind.velocity=[12, 0, 0]``.
                 Values are written as in TOML; a bare word is text.
 
         Raises:
             SceneError: a setting cannot be read, leads nowhere, or the changed scene is not valid.
         """
         given = copy.deepcopy(self._given)
-        for cloth, resolved in zip(given.get("cloth", ()), self._document["cloth"], strict=True):
-            cloth.setdefault("name", resolved["name"])  # so that a cloth answers to its default name, too
+        for kind in ("cloth", "body"):
+            for one, resolved in zip(given.get(kind, ()), self._document.get(kind, ()), strict=True):
+                one.setdefault("name", resolved["name"])  # so that it answers to its default name, too
         for setting in settings:
             apply_setting(given, setting)
         changed = copy.copy(self)
@@ -161,7 +162,7 @@ class Scene:
         return read_meshes(self._document, self._folder, self._meshes, self._sandbox)
 
     def read_paths(self) -> dict[str, FollowedPath]:
-        """Places of every array that a pin follows [m], and its frames per second, if not the scene's.
+        """Places of every array that pins and bodies follow [m], and its frames per second, if not the scene's.
 
         Raises:
             SceneError: a file is missing or no such array; in a sandbox it lies outside the scene's folder.
