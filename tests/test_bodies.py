@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from taut import Scene, SceneError, Simulation
+from taut.scene.fields import fields, tables
 from taut.scene.template import commented
 
 from tests.attack.leaks import leak
@@ -148,3 +149,9 @@ def test_filters_without_contact_are_refused(filter_: str) -> None:
     document = with_body(sphere={"radius": 0.5}) | {"solver": {"filter": filter_}}
     with pytest.raises(SceneError, match=rf'scene.solver.filter = "{filter_}": knows no contact'):
         Scene(document)
+
+
+def test_the_fields_are_those_of_the_schema() -> None:
+    assert {"Body", "Sphere", "Capsule", "Cuboid", "Plane", "Turn", "Contact"} <= set(tables())
+    assert {"box", "move", "motion"} <= {field.name for field in fields("Body")}
+    assert [field.name for field in fields("Contact")] == ["self"]

@@ -80,9 +80,7 @@ def test_every_field_of_every_table_in_use_is_there(kind: str) -> None:
 
 
 def test_the_fields_are_those_of_the_schema() -> None:
-    assert {"Scene", "Cloth", "Grid", "Network", "Pin", "Weight", "Solver", "Wind", "Gust", "Body"} <= set(
-        tables()
-    )
+    assert {"Scene", "Cloth", "Grid", "Network", "Pin", "Weight", "Solver", "Wind", "Gust"} <= set(tables())
     solver = {field.name: field for field in fields("Solver")}
     assert "sweeps" in solver["filter"].choices
     assert solver["filter"].default == "coarse_to_fine"

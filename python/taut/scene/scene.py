@@ -34,8 +34,9 @@ class Scene:
 
         Args:
             document: the scene's fields as in a TOML file; NumPy arrays may stand for lists.
-            meshes: geometry for the ``mesh`` names of cloths and bodies, so that no file is read: for each name
-                a pair of vertices [m], shape (vertices, 3), and faces, shape (faces, 3) or (faces, 4), from 0.
+            meshes: geometry for the ``mesh`` names of cloths and bodies, so that no file is read: for each
+                name a pair of vertices [m], shape (vertices, 3), and faces, shape (faces, 3) or (faces, 4),
+                from 0.
             folder: where mesh paths start; the current folder when left out.
             sandbox: for documents from elsewhere: no mesh or path outside that folder is read.
             paths: arrays for the ``follow`` names of pins and the ``motion`` names of bodies, so that no file
@@ -162,7 +163,7 @@ class Scene:
         return read_meshes(self._document, self._folder, self._meshes, self._sandbox)
 
     def read_paths(self) -> dict[str, FollowedPath]:
-        """Places of every array that pins and bodies follow [m], and its frames per second, if not the scene's.
+        """Places of every array that pins or bodies follow [m]; frames per second, if not the scene's.
 
         Raises:
             SceneError: a file is missing or no such array; in a sandbox it lies outside the scene's folder.
