@@ -373,6 +373,8 @@ impl Engine {
             state.calm.iter_mut().zip(rows).for_each(|(calm, row)| *calm = Calm::from_vector(row));
             state.past.length = self.schedule.step_length;
         }
+        // Bodies are on their paths.
+        self.running.with(py, |running| running.inputs.bodies.places(&self.model.bodies, state.time(), &mut state.bodies))?;
         // Pins stay beside their paths.
         self.running.with(py, |running| running.state = State { offsets: running.state.offsets.clone(), ..state })
     }

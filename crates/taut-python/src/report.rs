@@ -23,6 +23,9 @@ pub fn report<'py>(py: Python<'py>, summary: &Summary, time: f64) -> PyResult<Bo
     report.set_item("held_back_pins", summary.held_back_pins)?;
     report.set_item("lost_motion", summary.lost_motion)?;
     report.set_item("mean_lost_motion", summary.mean_lost_motion)?;
+    report.set_item("contacts", summary.contacts)?;
+    report.set_item("contact_cuts", summary.contact_cuts)?;
+    report.set_item("closest", summary.closest.unwrap_or(f64::INFINITY))?;
     report.set_item("repaired_momentum", summary.repaired_momentum.to_array())?;
     report.set_item("kinetic_energy", last.kinetic_energy)?;
     report.set_item("elastic_energy", last.elastic_energy)?;

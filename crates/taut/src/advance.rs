@@ -38,6 +38,12 @@ pub struct Summary {
     pub lost_motion: f64,
     /// The same, mean of the steps [1].
     pub mean_lost_motion: f64,
+    /// Rows of contact, summed over the steps.
+    pub contacts: u64,
+    /// Steps that were shortened where something would have crossed something else.
+    pub contact_cuts: u64,
+    /// The least distance that the steps found between what touches [m]; none if nothing was near.
+    pub closest: Option<f64>,
     /// The momentum that rounding took from free cloths, and that was given back, summed over the steps [kg m/s].
     pub repaired_momentum: DVec3,
 }
@@ -158,6 +164,9 @@ impl Summary {
         self.cuts += u64::from(report.limited.cuts);
         self.held_back_pins += u64::from(report.limited.held_back_pins);
         self.repaired_momentum += report.repaired;
+        self.contacts += u64::from(report.limited.contacts);
+        self.contact_cuts += u64::from(report.limited.contact_cuts);
+        self.closest = [self.closest, report.limited.closest].into_iter().flatten().reduce(f64::min);
         self.lost_motion = self.lost_motion.max(report.limited.lost_motion);
         self.mean_lost_motion += (report.limited.lost_motion - self.mean_lost_motion) / self.steps as f64;
     }

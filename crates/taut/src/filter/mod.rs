@@ -26,6 +26,28 @@ pub struct Limited {
     pub held_back_pins: u32,
     /// The part of its motion that the certificate, or the bound on the kinetic energy, took from a cloth, the largest of all cloths [1].
     pub lost_motion: f64,
+    /// Rows of contact: pairs that were near, or came near.
+    pub contacts: u32,
+    /// Whether the step was shortened where something would have crossed something else.
+    pub contact_cuts: u32,
+    /// The least distance at the start of the step of what touches [m]; none if nothing is near.
+    pub closest: Option<f64>,
+}
+
+impl Limited {
+    /// What was done for two cloths together.
+    fn and(self, other: Self) -> Self {
+        Self {
+            springs: self.springs + other.springs,
+            sweeps: self.sweeps + other.sweeps,
+            cuts: self.cuts + other.cuts,
+            held_back_pins: self.held_back_pins + other.held_back_pins,
+            lost_motion: self.lost_motion.max(other.lost_motion),
+            contacts: self.contacts + other.contacts,
+            contact_cuts: self.contact_cuts + other.contact_cuts,
+            closest: [self.closest, other.closest].into_iter().flatten().reduce(f64::min),
+        }
+    }
 }
 
 /// The filter of a model with its workspace.

@@ -10,9 +10,10 @@ use super::bending::{CurvedCloth, Row};
 use super::extent;
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Bend, Bending, Bodies, Buckling, ClothRange, Curvatures, Curve, CurvedLink, CurvedSprings, Follows, Lattice,
-    LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind, Springs, bending,
-    curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, precision, rates, rates::Rates, suits, weights,
+    Adjacency, Bend, Bending, Bodies, Buckling, ClothRange, ContactSettings, Curvatures, Curve, CurvedLink, CurvedSprings,
+    Follows, Lattice, LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind,
+    Springs, bending, curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, precision, rates, rates::Rates,
+    suits, weights,
 };
 use crate::geometry::{Vectors, turn};
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source};
@@ -277,7 +278,9 @@ impl Assembly {
             range.springs = next..next + of_cloth.count();
             next = range.springs.end;
             range.size = extent::size(&springs, range.springs.clone(), &self.particles.rest);
-            if let Some(lattice) = cloth.grid.as_ref().and_then(|grid| Lattice::new(grid, range, &springs)) {
+            if let Some(lattice) =
+                cloth.grid.as_ref().filter(|_| !scene.has_contact()).and_then(|grid| Lattice::new(grid, range, &springs))
+            {
                 range.lattice = Some(lattices.len());
                 lattices.push(lattice);
             }
@@ -323,6 +326,7 @@ impl Assembly {
             springs: springs.into(),
             pins: self.pins.into(),
             bodies: bodies.into(),
+            contact: ContactSettings::of(scene),
             solver: scene.solver.clone(),
             rates,
             warnings: self.warnings,

@@ -4,6 +4,7 @@ mod adjacency;
 mod bending;
 mod body;
 mod build;
+mod contact;
 mod curve;
 mod extent;
 mod footprint;
@@ -32,6 +33,7 @@ use std::sync::Arc;
 pub use adjacency::Adjacency;
 pub use bending::{Bend, Bending, Buckling, Curvatures, Share};
 pub use body::{Bodies, Body, BodyShape};
+pub use contact::{ContactSettings, Side};
 pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
 pub use footprint::Footprint;
 pub use hierarchy::{Hierarchy, Parents, coarse_grid, shares};
@@ -79,6 +81,8 @@ pub struct Model {
     pub pins: Arc<[PinGroup]>,
     /// What cloths collide with.
     pub bodies: Arc<Bodies>,
+    /// Whether anything touches anything, and how thick cloths are.
+    pub contact: ContactSettings,
     /// Integrator and filter.
     pub solver: Solver,
     /// How fast it can vibrate.

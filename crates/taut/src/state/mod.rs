@@ -34,6 +34,8 @@ pub struct State {
     pub calm: Vec<Calm>,
     /// How far each pin group of the model is off its path.
     pub offsets: Vec<Offset>,
+    /// Where the vertices of bodies are, in the world [m].
+    pub bodies: Vec<DVec3>,
 }
 
 /// How calm a cloth is, as its strain limit finds it.
@@ -143,7 +145,17 @@ impl State {
         let offsets = vec![Offset::default(); model.pins.len()];
         let motion = if model.solver.tells_motion_apart() { velocities.clone() } else { Vectors::default() };
         let calm = if model.solver.takes_cycles() { vec![Calm::default(); model.cloths.len()] } else { Vec::new() };
-        Self { origins, positions, velocities, motion, clock, past: Past::none(model), calm, offsets }
+        Self {
+            origins,
+            positions,
+            velocities,
+            motion,
+            clock,
+            past: Past::none(model),
+            calm,
+            offsets,
+            bodies: model.bodies.rest.clone(),
+        }
     }
 
     /// The velocities that users see [m/s]: those with which positions move. V is another one after a step in which a filter held
@@ -203,6 +215,7 @@ impl State {
         self.clock = other.clock;
         self.calm.clone_from(&other.calm);
         self.offsets.clone_from(&other.offsets);
+        self.bodies.clone_from(&other.bodies);
     }
 
     /// The state with its vectors in the order of the user's vertices.
@@ -222,7 +235,8 @@ impl State {
         let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
         let [positions, velocities, motion] = [&self.positions, &self.velocities, &self.motion].map(order);
         let (origins, calm, offsets) = (self.origins.clone(), self.calm.clone(), self.offsets.clone());
-        Self { origins, positions, velocities, motion, clock: self.clock, past, calm, offsets }
+        let bodies = self.bodies.clone();
+        Self { origins, positions, velocities, motion, clock: self.clock, past, calm, offsets, bodies }
     }
 
     /// XXH3 hash of all local positions, then all velocities of the motion and then the memory, if any, of particles and of

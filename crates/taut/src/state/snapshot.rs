@@ -28,7 +28,7 @@ pub enum SnapshotError {
 
 impl State {
     /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
-    /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, held particles,
+    /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies, held particles,
     /// hands, moved pins, XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
@@ -47,6 +47,7 @@ impl State {
             bytes.extend(room.to_le_bytes());
         }
         bytes.extend(self.offsets.iter().flat_map(Offset::numbers).flat_map(f64::to_le_bytes));
+        bytes.extend(self.bodies.iter().flat_map(|place| place.to_array()).flat_map(f64::to_le_bytes));
         bytes.extend((grips.particles().len() as u64).to_le_bytes());
         for (particle, Target { place, arrival }) in grips.held() {
             bytes.extend(particle.to_le_bytes());
@@ -106,6 +107,9 @@ impl Reader<'_> {
         }
         for offset in &mut state.offsets {
             *offset = Offset { now: self.place()?, target: self.place()?, pace: self.real()? };
+        }
+        for place in &mut state.bodies {
+            *place = self.place()?;
         }
         let mut grips = Grips::default();
         for _ in 0..self.whole()? {

@@ -15,20 +15,21 @@ mod lattice;
 mod motion;
 mod patch;
 mod queue;
+mod touch;
+mod unit;
 
 use super::StrainLimit;
 use crate::filter::Limited;
 use glam::Vec3;
 
+use crate::contact::Obstacle;
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::schedule::{Plan, Stride};
 use crate::state::{Calm, State, measure};
-use certificate::Certificate;
-use direct::Direct;
-use finish::Finish;
 use motion::Motion;
-use patch::Patch;
+use touch::Touch;
+use unit::Unit;
 
 /// How far below its limit R a corrected spring is aimed, as a part of its length L [1]. On grids less is enough, but not for the loads of
 /// heavy points ..
@@ -127,6 +128,8 @@ struct Cycle {
 trait Levels: Send {
     /// Takes a proposed step: where it begins and where it ends [m]. Coarse levels aim by `room` of their back-off below R.
     fn load(&mut self, positions: &Vectors, ends: &Vectors, room: f32, pool: &Pool);
+    /// Takes what coarse levels may not do from now on, until the next step; springs alone, if nothing.
+    fn obstruct(&mut self, obstacles: &[Obstacle]);
     /// One pass over all levels, from the coarsest to the finest. Returns what is left then, or nothing where that is not worth
     /// measuring.
     fn cycle(&mut self, cycle: Cycle, pool: &Pool) -> Option<Measure>;
@@ -149,227 +152,31 @@ trait Levels: Send {
     fn store(&self, positions: &Vectors, ends: &mut Vectors, corrections: &mut Vectors, pool: &Pool);
 }
 
-/// One cloth: its levels and its certificate.
-struct Unit {
-    /// Which, and what it has.
-    index: usize,
-    cloth: ClothRange,
-    certificate: Certificate,
-    levels: Box<dyn Levels>,
-    finish: Finish,
-    patch: Patch,
-    /// Made when it is asked for the first time: most cloths never do.
-    direct: Option<Direct>,
-    may_solve: bool,
-    is_small: bool,
-    is_patient: bool,
-    /// So few springs over their limit are put right one by one after so many cycles.
-    few: usize,
-    at_least: u32,
-    /// Length of its shortest spring [m].
-    shortest: f32,
-    /// Workspace: what chunks of particles add to sums.
-    energies: Vec<[f64; 1]>,
-    products: Vec<[f64; 2]>,
-}
-
 /// All cloths.
 pub(super) struct CoarseToFine {
     units: Vec<Unit>,
     /// What the filter added to the ends of the step [m].
     corrections: Vectors,
+    /// If anything can touch.
+    touch: Option<Touch>,
 }
 
 impl CoarseToFine {
     pub(super) fn new(model: &Model, plan: &Plan) -> Self {
         let units = model.cloths.iter().enumerate().filter_map(|(index, cloth)| Unit::new(model, index, cloth, plan)).collect();
-        Self { units, corrections: Vectors::zeros(model.particle_count()) }
+        Self { units, corrections: Vectors::zeros(model.particle_count()), touch: Touch::new(model) }
     }
 }
 
 impl StrainLimit for CoarseToFine {
     fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
-        let mut limited = Limited::default();
-        for unit in &mut self.units {
-            let done = unit.apply(stride, state, ends, &mut self.corrections, pool);
-            limited.springs += done.springs;
-            limited.sweeps += done.sweeps;
-            limited.cuts += done.cuts;
-            limited.held_back_pins += done.held_back_pins;
-            limited.lost_motion = limited.lost_motion.max(done.lost_motion);
+        let Self { units, corrections, touch } = self;
+        if let Some(touch) = touch {
+            return touch.apply(units, stride, state, ends, corrections, pool);
         }
-        limited
+        let each = units.iter_mut().map(|unit| unit.apply(stride, state, ends, corrections, pool));
+        each.fold(Limited::default(), Limited::and)
     }
-}
-
-impl Unit {
-    /// A cloth; none if nothing in it is limited.
-    fn new(model: &Model, index: usize, cloth: &ClothRange, plan: &Plan) -> Option<Self> {
-        let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
-        let largest = if cloth.rates.is_empty() { LARGEST_BACK_OFF_UNSCALED } else { LARGEST_BACK_OFF };
-        let shrunk = back_off_of_step(plan, cloth);
-        let masses = &model.particles.mass[cloth.particles()];
-        let heaviest = masses.iter().fold(0.0, |most: f32, mass| most.max(*mass));
-        let is_heavy = heaviest > HEAVY * masses.iter().sum::<f32>() / masses.len() as f32;
-        let back_off = if cloth.lattice.is_some() && !is_heavy { BACK_OFF_OF_GRIDS } else { BACK_OFF };
-        let delta = (back_off * shrunk).min(largest * strain) / (1.0 + strain);
-        let mut levels: Box<dyn Levels> = match cloth.lattice {
-            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
-            None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
-        };
-        Some(Self {
-            index,
-            cloth: cloth.clone(),
-            certificate: Certificate::new(model, cloth),
-            finish: Finish::new(model, cloth),
-            patch: Patch::new(cloth.count),
-            direct: None,
-            may_solve: cloth.springs.len() <= if is_heavy { SMALL_IF_HEAVY } else { SMALL },
-            is_small: cloth.springs.len() <= SMALL,
-            is_patient: is_heavy && cloth.springs.len() > PATIENT,
-            at_least: if is_heavy { AT_LEAST_IF_HEAVY } else { AT_LEAST },
-            few: (FEW * cloth.springs.len() as f32) as usize,
-            shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
-            energies: vec![[0.0]; levels.motion().weights.len().div_ceil(CHUNK)],
-            products: vec![[0.0; 2]; cloth.count.div_ceil(CHUNK)],
-            levels,
-        })
-    }
-
-    fn apply(
-        &mut self,
-        stride: Stride<'_>,
-        state: &mut State,
-        ends: &mut Vectors,
-        corrections: &mut Vectors,
-        pool: &Pool,
-    ) -> Limited {
-        let model = stride.model;
-        let proposed = measure(model, &self.cloth, ends, pool);
-        let mut limited = Limited { springs: proposed.over, ..Limited::default() };
-        let mut worst = proposed.worst;
-        if worst <= 1.0 || worst.is_nan() {
-            return limited;
-        }
-        let Calm { cycles: at_least, room } = state.calm[self.index];
-        self.levels.load(&state.positions, ends, room, pool);
-        let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
-        let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
-        let rounding = self.rounding(&state.positions, pool);
-        let enough = self.enough(rounding);
-        let (mut since_restart, mut is_done) = (0_u8, false);
-        let (mut next_look, mut before) = (PATIENCE, f32::INFINITY);
-        while limited.sweeps < model.solver.iterations() {
-            let is_sure = limited.sweeps + 1 < at_least;
-            let is_last = limited.sweeps + 1 == model.solver.iterations();
-            let left = self.levels.cycle(Cycle { since_restart, enough, is_sure, is_last, is_calm: at_least > 0 }, pool);
-            limited.sweeps += 1;
-            since_restart =
-                if left.is_some_and(|left| left.worst > RESTART * worst) { 0 } else { since_restart.saturating_add(1) };
-            let Some(left) = left else { continue };
-            worst = left.worst;
-            let mut is_stuck = is_last;
-            if limited.sweeps >= next_look && !self.is_patient {
-                is_stuck |= worst - enough > PROGRESS * before;
-                (next_look, before) = (limited.sweeps + PATIENCE, worst - enough);
-            }
-            let few = limited.sweeps >= self.at_least && left.over <= self.few;
-            let finishes = left.over > 0 && (few || is_stuck);
-            is_done = worst <= enough || finishes && self.finish.run(&mut *self.levels, enough);
-            if is_stuck && !is_done && !self.is_small && left.over <= STUBBORN {
-                let weights = &model.particles.inverse_mass[self.cloth.particles()];
-                is_done = self.patch.run(&mut *self.levels, self.finish.around(), weights, enough);
-            }
-            if is_done || is_stuck {
-                break;
-            }
-        }
-        let mut left_of_energy = self.settle(frame, energy, pool);
-        // Pins that move differently may ask for what no place allows.
-        let is_poor = !is_done || left_of_energy > if self.is_small { RAISED } else { DOUBLED };
-        if let Some(frame) = frame.filter(|_| is_poor)
-            && self.solve(model, &state.positions, ends, frame, rounding)
-        {
-            left_of_energy = self.settle(Some(frame), energy, pool);
-        }
-        // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is. It is not where a limit
-        // has tightened, and what pulls the cloth within it does work.
-        let tightened =
-            || stride.inputs.limits[self.index].changes() && measure(model, &self.cloth, &state.positions, pool).worst > 1.0;
-        if let Some(frame) = frame.filter(|_| left_of_energy > 1.0 && !tightened()) {
-            let kept = left_of_energy.recip().sqrt();
-            self.levels.motion().slow_down(frame, kept as f32);
-            limited.lost_motion = 1.0 - kept;
-        }
-        let cycles = cycles_from_now(at_least, limited.sweeps, left_of_energy < CALM);
-        state.calm[self.index] = Calm { cycles, room: room_from_now(room, left_of_energy) };
-        self.levels.store(&state.positions, ends, corrections, pool);
-        let rate = impulse::rate(stride, &self.cloth, &state.velocities, corrections, frame, &mut self.products, pool);
-        state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
-        let verdict = self.certificate.enforce(stride, state, ends, frame, stride.inputs.limits[self.index].changes(), pool);
-        limited.cuts = u32::from(verdict.cut);
-        limited.lost_motion = 1.0 - (1.0 - limited.lost_motion) * (1.0 - verdict.lost_motion);
-        limited.held_back_pins = u32::from(verdict.held_back_pins);
-        limited
-    }
-
-    /// Finds the place within all limits nearest to the proposed one, in small cloths. Returns whether that was done.
-    fn solve(&mut self, model: &Model, positions: &Vectors, ends: &Vectors, frame: Vec3, rounding: f32) -> bool {
-        if self.may_solve && self.direct.is_none() {
-            self.direct = Direct::new(model, &self.cloth);
-            self.may_solve = self.direct.is_some();
-        }
-        self.direct.as_mut().is_some_and(|direct| direct.run(&mut *self.levels, positions, ends, frame, rounding))
-    }
-
-    /// Takes the corrected ends for the displacements. Returns what is left of the kinetic energy in the `frame`, which was `before`.
-    fn settle(&mut self, frame: Option<Vec3>, before: Option<f64>, pool: &Pool) -> f64 {
-        self.levels.settle(pool);
-        let mut motion = self.levels.motion();
-        let (Some(frame), Some(before)) = (frame, before) else { return 1.0 };
-        if self.certificate.is_free() {
-            // What was put right one by one must not add up to a momentum.
-            let astray = frame - motion.mean();
-            motion.shift(astray);
-        }
-        motion.energy(frame, &mut self.energies, pool) / before
-    }
-
-    /// Part of R below which the levels are done.
-    fn enough(&self, rounding: f32) -> f32 {
-        1.0 - rounding.max(2e-5).min(0.5 * self.levels.back_off())
-    }
-
-    /// What rounding the ends of the shortest spring to single precision once more can add to it, as a part of its length.
-    fn rounding(&self, positions: &Vectors, pool: &Pool) -> f32 {
-        4.0 * f32::EPSILON * positions.reach(self.cloth.particles(), pool) / self.shortest
-    }
-}
-
-/// What is left of back-offs in steps that are shorter than automatic ones [1]: their root. What a step takes back too far is
-/// lost, and more steps would lose more of the motion; but with back-offs in proportion to the step cycles do not end where
-/// masses differ.
-fn back_off_of_step(plan: &Plan, cloth: &ClothRange) -> f32 {
-    if cloth.rates.is_empty() { 1.0 } else { plan.of(cloth).relative.min(1.0).sqrt() as f32 }
-}
-
-/// How many cycles the next step takes at least, after one of which as much was asked and that took so many. It rises little by little: a
-/// single step that took many is no reason for all that follow.
-fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
-    match calm {
-        true if taken > at_least => taken.min(at_least + at_least / 4 + 4),
-        true => at_least,
-        false => at_least * 3 / 4,
-    }
-}
-
-/// The room of coarse levels in the next step, after one with `room` whose limit left such a part of its kinetic energy.
-fn room_from_now(room: f32, left_of_energy: f64) -> f32 {
-    if left_of_energy > DOUBLED {
-        return (SHRINK * room).max(NO_ROOM);
-    }
-    let freedom = ((left_of_energy - HELD[0]) / (HELD[1] - HELD[0])).clamp(0.0, 1.0) as f32;
-    room + PACE * (LEAST_ROOM + (1.0 - LEAST_ROOM) * freedom - room)
 }
 
 /// How many cycles are sure not to be the last where such a part of the cloth is over its limit.

@@ -8,15 +8,18 @@
 mod build;
 mod forest;
 mod level;
+mod obstacles;
 mod tiles;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::{Cycle, FINEST, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
+use crate::contact::Obstacle;
 use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk, for_each_chunk, for_each_two_chunks, roots};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
 use level::{LANES, Level, Pull};
+use obstacles::Obstacles;
 use tiles::Tiles;
 
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
@@ -53,6 +56,8 @@ pub(super) struct GeneralLevels {
     backwards: bool,
     /// So many cycles to come are sure not to be the last.
     unmeasured: u32,
+    /// What coarse levels may not do.
+    obstacles: Obstacles,
 }
 
 impl GeneralLevels {
@@ -73,6 +78,7 @@ impl GeneralLevels {
             previous: levels[0].d.clone(),
             corrected: Vectors::zeros(count),
             tiles,
+            obstacles: Obstacles::new(levels.len()),
             levels,
             particles,
             places,
@@ -155,6 +161,12 @@ impl Levels for GeneralLevels {
         self.backwards = false;
         self.unmeasured = 0;
         self.solved = false;
+        self.obstacles.clear();
+    }
+
+    fn obstruct(&mut self, obstacles: &[Obstacle]) {
+        self.obstacles.set(obstacles, &self.levels, &self.places);
+        self.solved = true;
     }
 
     fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_last, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {
@@ -174,6 +186,7 @@ impl Levels for GeneralLevels {
         coarse.iter_mut().for_each(|level| level.sample(&finest[0], pool));
         for index in (1..self.levels.len()).rev() {
             for _ in 0..coarse_sweeps(self.levels[index].d.len()) {
+                self.obstacles.resist(index, &mut self.levels[index]);
                 self.sweep(index, relaxation, pool);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);

@@ -10,6 +10,7 @@ use glam::Vec3;
 use pulp::{Simd, WithSimd};
 
 use super::{Cycle, FINEST, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
+use crate::contact::Obstacle;
 use crate::geometry::{Pool, Vectors, arch, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
@@ -152,6 +153,10 @@ impl Levels for LatticeLevels {
         }
         self.backwards = false;
         self.unmeasured = 0;
+    }
+
+    fn obstruct(&mut self, _: &[Obstacle]) {
+        unreachable!("cloth that can touch has no lattice")
     }
 
     fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_last, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {

@@ -1,0 +1,104 @@
+//! What would cross on the way from the start of a step to its end.
+//!
+//! A pair of features must keep the floor, or most of its distance where that is less. What does not cross features that share no
+//! vertex does not cross at all: the first place where two triangles come to intersect is such a pair.
+
+use super::crossing::Motion;
+use super::detect::Pair;
+use super::proximity::{Closest, Kind};
+use super::surfaces::Surfaces;
+use super::{FLOOR, KEPT, Places};
+
+/// A pair that would come too near.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cut {
+    pub pair: Pair,
+    /// The part of the step that it may go [1].
+    pub allowed: f64,
+    /// Its distance at the start, and the one that it has to keep [m].
+    pub distance: f64,
+    pub floor: f64,
+}
+
+/// The pairs of a step that would cross.
+pub(crate) struct Cuts {
+    pub list: Vec<Cut>,
+    /// The part of its way that each vertex may go [1].
+    pub factors: Vec<f64>,
+    /// Of the vertices that may not go all of it.
+    pub shortened: Vec<u32>,
+    /// The least distance at the start of the step [m].
+    pub closest: f64,
+}
+
+impl Cuts {
+    pub fn new(vertices: usize) -> Self {
+        Self { list: Vec::new(), factors: vec![1.0; vertices], shortened: Vec::new(), closest: f64::INFINITY }
+    }
+
+    /// Finds those among some pairs, and particles that would pass planes.
+    pub fn find(&mut self, surfaces: &Surfaces, places: &Places, pairs: &[Pair]) {
+        self.list.clear();
+        self.closest = f64::INFINITY;
+        for &pair in pairs {
+            let corners = pair.corners.map(|corner| corner as usize);
+            let x = corners.map(|corner| places.x[corner]);
+            let d = [0, 1, 2, 3].map(|end| places.ends[corners[end]] - x[end]);
+            let motion = Motion { kind: pair.kind, x, d };
+            let split = pair.kind.split();
+            let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner]);
+            let radius = surfaces.radius(owners);
+            let most = FLOOR * surfaces.thickness(owners);
+            // A first guess, which does for most of them: the way between their middles.
+            let middle = |range: std::ops::Range<usize>| x[range.clone()].iter().sum::<glam::DVec3>() / range.len() as f64;
+            let axis = (middle(0..split) - middle(split..4)).normalize_or_zero();
+            if motion.is_apart_along(axis, most + radius) {
+                continue;
+            }
+            let closest = Closest::new(pair.kind, &x);
+            let distance = closest.way.length() - radius;
+            self.closest = self.closest.min(distance);
+            if !(distance > 0.0) {
+                continue;
+            }
+            let floor = most.min(KEPT * distance);
+            let allowed = motion.allowed(&closest, floor + radius);
+            if allowed < 1.0 {
+                self.list.push(Cut { pair, allowed, distance, floor });
+            }
+        }
+        for plane in &surfaces.planes {
+            let [from, to] = [&places.x, &places.ends].map(|places| places[plane.vertex as usize]);
+            for particle in 0..surfaces.particles {
+                let distance = plane.normal.dot(places.x[particle] - from);
+                let end = plane.normal.dot(places.ends[particle] - to);
+                if !(distance > 0.0) {
+                    continue;
+                }
+                self.closest = self.closest.min(distance);
+                let floor = (FLOOR * surfaces.thickness([surfaces.owners[particle], plane.owner])).min(KEPT * distance);
+                if !(end >= floor) {
+                    let corners = [particle as u32, plane.vertex, plane.vertex, plane.vertex];
+                    let pair = Pair { kind: Kind::PointTriangle, corners };
+                    self.list.push(Cut { pair, allowed: (distance - floor) / (distance - end), distance, floor });
+                }
+            }
+        }
+    }
+
+    /// Lowers the factors of what would cross to what is allowed, times `part`.
+    pub fn shorten(&mut self, part: f64) {
+        for vertex in self.shortened.drain(..) {
+            self.factors[vertex as usize] = 1.0;
+        }
+        for cut in &self.list {
+            for vertex in cut.pair.corners {
+                let factor = &mut self.factors[vertex as usize];
+                if *factor == 1.0 {
+                    self.shortened.push(vertex);
+                }
+                *factor = factor.min(cut.allowed * part);
+            }
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Whether two features keep their distance while all corners move along straight lines, conservatively.
+//!
+//! Distances along a fixed direction are linear in time, so that a direction along which two features are apart at the start and
+//! at the end keeps them apart on all of the way. Where no such direction is at hand, time is advanced by what the distance
+//! allows (additive continuous collision detection, Li, Kaufman & Jiang 2021 [Li21]).
+
+use glam::DVec3;
+
+use super::proximity::{Closest, Kind};
+
+/// Time goes on while there is more left than this part of what there was above the floor [1].
+const LEAST: f64 = 0.1;
+/// So much of what the distance allows is taken at once [1].
+const PART: f64 = 0.9;
+/// Features that slide along each other just above the floor are given up after so many advances.
+const ADVANCES: usize = 100;
+
+/// Four corners and how far each goes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Motion {
+    /// What they are corners of.
+    pub kind: Kind,
+    /// Where they start [m].
+    pub x: [DVec3; 4],
+    /// How far they go [m].
+    pub d: [DVec3; 4],
+}
+
+impl Motion {
+    /// Whether the features are at least `floor` apart along `axis`, a unit vector, at the start and at the end.
+    pub fn is_apart_along(&self, axis: DVec3, floor: f64) -> bool {
+        let at = |corner: usize| axis.dot(self.x[corner]);
+        let to = |corner: usize| axis.dot(self.x[corner] + self.d[corner]);
+        self.gap(at) >= floor && self.gap(to) >= floor
+    }
+
+    fn gap(&self, of: impl Fn(usize) -> f64) -> f64 {
+        let split = self.kind.split();
+        let least = (0..split).map(&of).fold(f64::INFINITY, f64::min);
+        let most = (split..4).map(&of).fold(f64::NEG_INFINITY, f64::max);
+        least - most
+    }
+
+    /// The part of their way that they may go before they are less than `floor` from each other: 1 if they never are. They start
+    /// further apart than that; closest at the start are `start`.
+    pub fn allowed(&self, start: &Closest, floor: f64) -> f64 {
+        let distance = start.way.length();
+        if self.is_apart_along(start.way / distance, floor) {
+            return 1.0;
+        }
+        let ends = Closest::new(self.kind, &[0, 1, 2, 3].map(|corner| self.x[corner] + self.d[corner]));
+        if self.is_apart_along(ends.way.normalize_or_zero(), floor) {
+            return 1.0;
+        }
+        self.advance(distance, floor)
+    }
+
+    fn advance(&self, distance: f64, floor: f64) -> f64 {
+        // What all do together brings nothing nearer.
+        let mean = (self.d[0] + self.d[1] + self.d[2] + self.d[3]) * 0.25;
+        let d = self.d.map(|d| d - mean);
+        let split = self.kind.split();
+        let most = |d: &[DVec3]| d.iter().map(|d| d.length()).fold(0.0, f64::max);
+        let fastest = most(&d[..split]) + most(&d[split..]);
+        let (mut time, mut left) = (0.0, distance - floor);
+        let enough = LEAST * left;
+        for _ in 0..ADVANCES {
+            // Not a number, or nothing to lose: no way at all.
+            if !(left > 0.0) {
+                return time;
+            }
+            let further = PART * left / fastest;
+            if !(time + further < 1.0) {
+                return 1.0;
+            }
+            let then = time + further;
+            let now = Closest::new(self.kind, &[0, 1, 2, 3].map(|corner| self.x[corner] + d[corner] * then));
+            left = now.way.length() - floor;
+            time = then;
+            if left < enough {
+                return time;
+            }
+        }
+        time
+    }
+}

@@ -1,0 +1,110 @@
+//! What touches: cloth and bodies, cloth and cloth.
+//!
+//! Everything that can touch is a vertex, an edge or a triangle with a thickness around it. A sphere is a thick vertex, a capsule a
+//! thick edge, so that whole triangles stay outside of them and not their vertices alone; boxes and other bodies are surfaces like
+//! cloth; a plane bounds a half-space. Pairs that come near become rows, half-spaces that a filter keeps displacements in (rows.rs);
+//! what a step ends with is certified to be free of crossings on all of its way (certificate.rs).
+
+mod certificate;
+mod crossing;
+mod detect;
+mod proximity;
+mod rows;
+mod surfaces;
+mod tree;
+
+use glam::DVec3;
+
+use crate::geometry::Vectors;
+use crate::model::Model;
+pub(crate) use rows::{Obstacle, Rows};
+use surfaces::Surfaces;
+
+/// The floor of the certificate, as a part of the thickness between two things [1]: what is left between them at least.
+const FLOOR: f64 = 0.1;
+/// A pair that is nearer than the floor may lose so much of its distance in a step [1].
+const KEPT: f64 = 0.8;
+/// Pairs nearer than this many thicknesses become rows [1].
+const MARGIN: f64 = 1.5;
+/// What is nearer than its thickness is brought apart by this part of it in a step [1].
+const RECOVERY: f64 = 0.1;
+
+/// Where everything starts a step and where it ends [m], from a place near the first cloth: all particles, then all vertices of bodies.
+#[derive(Debug, Default)]
+pub(crate) struct Places {
+    pub x: Vec<DVec3>,
+    pub ends: Vec<DVec3>,
+}
+
+/// Contact of a model, with its workspace.
+pub(crate) struct Contact {
+    surfaces: Surfaces,
+    pub places: Places,
+    detection: detect::Detection,
+    pub rows: Rows,
+    pub cuts: certificate::Cuts,
+}
+
+impl Contact {
+    /// What can touch in a model; none if nothing can.
+    pub fn new(model: &Model) -> Option<Self> {
+        let surfaces = Surfaces::new(model)?;
+        let all = surfaces.count();
+        Some(Self {
+            places: Places { x: vec![DVec3::ZERO; all], ends: vec![DVec3::ZERO; all] },
+            detection: detect::Detection::new(all),
+            rows: Rows::new(model, &surfaces),
+            cuts: certificate::Cuts::new(all),
+            surfaces,
+        })
+    }
+
+    /// Takes where a step starts: particles from the origins of their cloths, vertices of bodies in the world [m].
+    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3]) {
+        let Places { x, .. } = &mut self.places;
+        fill(x, model, origins, positions);
+        let (base, count) = (origins[0], model.particle_count());
+        x[count..].iter_mut().zip(bodies).for_each(|(place, body)| *place = *body - base);
+    }
+
+    /// Takes where it ends.
+    pub fn end(&mut self, model: &Model, origins: &[DVec3], ends: &Vectors, bodies: &[DVec3]) {
+        let Places { ends: places, .. } = &mut self.places;
+        fill(places, model, origins, ends);
+        let (base, count) = (origins[0], model.particle_count());
+        places[count..].iter_mut().zip(bodies).for_each(|(place, body)| *place = *body - base);
+    }
+
+    /// Finds what comes near on the way, and makes rows of it.
+    pub fn find_rows(&mut self) {
+        let Self { surfaces, places, detection, rows, .. } = self;
+        rows.clear();
+        detection.run(surfaces, places, surfaces.widest_margin());
+        rows.take_pairs(surfaces, places, &detection.pairs);
+        rows.take_planes(surfaces, places);
+        rows.sort();
+    }
+
+    /// Finds what would cross on the way, or come nearer than the floor, and how far it may go.
+    pub fn certify(&mut self) {
+        let Self { surfaces, places, detection, cuts, .. } = self;
+        detection.run(surfaces, places, surfaces.widest_floor());
+        cuts.find(surfaces, places, &detection.pairs);
+    }
+
+    /// Makes rows of what the last certificate found.
+    pub fn add_rows_of_cuts(&mut self) {
+        let Self { surfaces, places, rows, cuts, .. } = self;
+        rows.take_cuts(surfaces, places, cuts);
+    }
+}
+
+/// Places of all particles.
+fn fill(places: &mut [DVec3], model: &Model, origins: &[DVec3], vectors: &Vectors) {
+    for (cloth, origin) in model.cloths.iter().zip(origins) {
+        let way = *origin - origins[0];
+        for particle in cloth.particles() {
+            places[particle] = vectors.get(particle).as_dvec3() + way;
+        }
+    }
+}

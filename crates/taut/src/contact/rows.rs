@@ -1,0 +1,371 @@
+//! What near pairs ask of displacements: half-spaces, and friction within Coulomb's cone.
+//!
+//! The row of a pair is `n . sum_i s_i (X_i + D_i) >= target`, with the normal n and the parts s of its closest points at X (or at the
+//! time of impact). Rows are inequalities like the springs of the cloth, projected one after the other in the mass norm. Friction holds
+//! back the tangential displacement `sum_i s_i D_i` of the step by an impulse of at most mu times that of the row, so that what sticks
+//! does so for ever.
+
+use glam::{DVec3, Vec3};
+
+use super::certificate::Cuts;
+use super::detect::Pair;
+use super::proximity::{Closest, Kind};
+use super::surfaces::{Owner, Surfaces};
+use super::{FLOOR, MARGIN, Places, RECOVERY};
+use crate::model::{ClothRange, Model};
+
+/// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
+const NEARER: f64 = 0.25;
+/// Rows that lack no more than this part of what lies between thickness and floor are as good as kept [1].
+const GOOD: f64 = 0.25;
+const NONE: u32 = u32::MAX;
+
+/// What keeps two features apart.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    /// The corners of each feature that count, in rising order: tells rows apart.
+    key: [[u32; 3]; 2],
+    /// Places in the workspace, and parts, of up to four vertices.
+    ends: [u32; 4],
+    parts: [f32; 4],
+    normal: Vec3,
+    /// The distance at X beyond the target [m].
+    gap: f32,
+    /// So much below that a row is good [m].
+    slack: f32,
+    /// 1 / sum of parts^2 / M [kg]; nothing if all is held.
+    give: f32,
+    friction: f32,
+    /// What the row has pushed, and held back along it, in this step [kg m].
+    push: f32,
+    hold: Vec3,
+}
+
+/// A row as the levels of one cloth see it: they may use up the room, and no more.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Obstacle {
+    /// Particles of the cloth, counted from its first, and their parts; zero where there are fewer.
+    pub nodes: [(u32, f32); 4],
+    pub normal: Vec3,
+    /// How much nearer its nodes may come [m].
+    pub room: f32,
+}
+
+/// The rows of a step.
+pub(crate) struct Rows {
+    list: Vec<Row>,
+    /// The vertices in rows; where each vertex stands among them.
+    vertices: Vec<u32>,
+    locals: Vec<u32>,
+    /// Their displacements [m], those that the levels have, and inverse masses [1/kg].
+    d: Vec<Vec3>,
+    before: Vec<Vec3>,
+    weights: Vec<f32>,
+    /// Inverse masses of all vertices [1/kg].
+    all_weights: Vec<f32>,
+    particles: usize,
+}
+
+impl Rows {
+    pub fn new(model: &Model, surfaces: &Surfaces) -> Self {
+        Self {
+            list: Vec::new(),
+            vertices: Vec::new(),
+            locals: vec![NONE; surfaces.count()],
+            d: Vec::new(),
+            before: Vec::new(),
+            weights: Vec::new(),
+            all_weights: surfaces.weights.clone(),
+            particles: model.particle_count(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    pub fn clear(&mut self) {
+        for vertex in self.vertices.drain(..) {
+            self.locals[vertex as usize] = NONE;
+        }
+        self.list.clear();
+        self.d.clear();
+        self.before.clear();
+        self.weights.clear();
+    }
+
+    /// Makes rows of the pairs that are near, or come near along their normal.
+    pub fn take_pairs(&mut self, surfaces: &Surfaces, places: &Places, pairs: &[Pair]) {
+        for &Pair { kind, corners } in pairs {
+            let split = kind.split();
+            let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner as usize]);
+            if owners[0] == owners[1] && is_near(surfaces, corners, split) {
+                continue;
+            }
+            let x = corners.map(|corner| places.x[corner as usize]);
+            let closest = Closest::new(kind, &x);
+            let length = closest.way.length();
+            if !(length > 0.0) || kind == Kind::EdgeEdge && closest.parts.contains(&0.0) {
+                continue;
+            }
+            let normal = closest.way / length;
+            let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
+            let distance = length - radius;
+            let end: DVec3 = (0..4).map(|end| places.ends[corners[end] as usize] * closest.parts[end]).sum();
+            let margin = MARGIN * thickness;
+            if distance > margin && normal.dot(end) - radius > margin {
+                continue;
+            }
+            if is_nearest(surfaces, places, corners, &closest, split, normal) {
+                let target = target(thickness, distance);
+                self.add(surfaces, corners, &closest.parts, split, normal, distance - target, owners);
+            }
+        }
+    }
+
+    /// The same of particles in front of planes.
+    pub fn take_planes(&mut self, surfaces: &Surfaces, places: &Places) {
+        for plane in &surfaces.planes {
+            let [from, to] = [&places.x, &places.ends].map(|places| places[plane.vertex as usize]);
+            for particle in 0..surfaces.particles {
+                let owners = [surfaces.owners[particle], plane.owner];
+                let thickness = surfaces.thickness(owners);
+                let distance = plane.normal.dot(places.x[particle] - from);
+                let margin = MARGIN * thickness;
+                if distance <= margin || plane.normal.dot(places.ends[particle] - to) <= margin {
+                    let corners = [particle as u32, plane.vertex, plane.vertex, plane.vertex];
+                    let target = target(thickness, distance);
+                    self.add(surfaces, corners, &[1.0, -1.0, 0.0, 0.0], 1, plane.normal, distance - target, owners);
+                }
+            }
+        }
+    }
+
+    /// Makes rows of pairs that would cross, with what is closest at the time of impact.
+    pub fn take_cuts(&mut self, surfaces: &Surfaces, places: &Places, cuts: &Cuts) {
+        for cut in &cuts.list {
+            let corners = cut.pair.corners;
+            let split = cut.pair.kind.split();
+            let then = [0, 1, 2, 3].map(|end| {
+                let corner = corners[end] as usize;
+                places.x[corner].lerp(places.ends[corner], cut.allowed)
+            });
+            let closest = Closest::new(cut.pair.kind, &then);
+            let length = closest.way.length();
+            if !(length > 0.0) {
+                continue;
+            }
+            let normal = closest.way / length;
+            let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner as usize]);
+            let start: DVec3 = (0..4).map(|end| places.x[corners[end] as usize] * closest.parts[end]).sum();
+            let distance = normal.dot(start) - surfaces.radius(owners);
+            let thickness = surfaces.thickness(owners);
+            let target = if is_near(surfaces, corners, split) && owners[0] == owners[1] {
+                // What is joined by few edges may be as near as the certificate lets it.
+                cut.floor * 2.0
+            } else {
+                target(thickness, cut.distance)
+            };
+            self.add(surfaces, corners, &closest.parts, split, normal, distance - target, owners);
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn add(
+        &mut self,
+        surfaces: &Surfaces,
+        corners: [u32; 4],
+        parts: &[f64; 4],
+        split: usize,
+        normal: DVec3,
+        gap: f64,
+        owners: [Owner; 2],
+    ) {
+        let thickness = surfaces.thickness(owners);
+        let (mut key, mut ends, mut singles) = ([[NONE; 3]; 2], [0; 4], [0.0; 4]);
+        let mut counts = [0; 2];
+        for end in 0..4 {
+            if parts[end] == 0.0 {
+                continue;
+            }
+            let side = usize::from(end >= split);
+            key[side][counts[side]] = corners[end];
+            counts[side] += 1;
+            singles[end] = parts[end] as f32;
+            ends[end] = self.local(corners[end]);
+        }
+        key.iter_mut().for_each(|side| side.sort_unstable());
+        key.sort_unstable();
+        let weight: f32 = (0..4).map(|end| singles[end] * singles[end] * self.weight(singles[end], ends[end])).sum();
+        let row = Row {
+            key,
+            ends,
+            parts: singles,
+            normal: normal.as_vec3(),
+            gap: gap as f32,
+            slack: (GOOD * (1.0 - FLOOR) * thickness) as f32,
+            give: if weight > 0.0 { 1.0 / weight } else { 0.0 },
+            friction: surfaces.friction(owners) as f32,
+            push: 0.0,
+            hold: Vec3::ZERO,
+        };
+        self.list.push(row);
+    }
+
+    fn weight(&self, part: f32, local: u32) -> f32 {
+        if part == 0.0 { 0.0 } else { self.weights[local as usize] }
+    }
+
+    /// The place of a vertex in the workspace.
+    fn local(&mut self, vertex: u32) -> u32 {
+        let local = &mut self.locals[vertex as usize];
+        if *local == NONE {
+            *local = self.vertices.len() as u32;
+            self.vertices.push(vertex);
+            self.d.push(Vec3::ZERO);
+            self.before.push(Vec3::ZERO);
+            self.weights.push(self.all_weights[vertex as usize]);
+        }
+        *local
+    }
+
+    /// Puts rows in an order that does not depend on how they were found, and leaves one of those that are alike.
+    pub fn sort(&mut self) {
+        self.list.sort_by(|a, b| a.key.cmp(&b.key).then(a.gap.total_cmp(&b.gap)));
+        self.list.dedup_by(|a, b| a.key == b.key);
+    }
+
+    /// Gives bodies their displacements in this step.
+    pub fn load_bodies(&mut self, places: &Places) {
+        for (d, &vertex) in self.d.iter_mut().zip(&self.vertices) {
+            if vertex as usize >= self.particles {
+                *d = (places.ends[vertex as usize] - places.x[vertex as usize]).as_vec3();
+            }
+        }
+    }
+
+    /// Takes the displacements that particles have so far [m].
+    pub fn gather(&mut self, displacement: impl Fn(usize) -> Vec3) {
+        for ((d, before), &vertex) in self.d.iter_mut().zip(&mut self.before).zip(&self.vertices) {
+            if (vertex as usize) < self.particles {
+                *d = displacement(vertex as usize);
+            }
+            *before = *d;
+        }
+    }
+
+    /// Tells which particles have moved since, and how far [m].
+    pub fn scatter(&self, mut shift: impl FnMut(usize, Vec3)) {
+        for ((d, before), &vertex) in self.d.iter().zip(&self.before).zip(&self.vertices) {
+            if d != before {
+                shift(vertex as usize, *d - *before);
+            }
+        }
+    }
+
+    /// Projects all rows.
+    pub fn sweep(&mut self) {
+        let Self { list, d, weights, .. } = self;
+        for row in list {
+            let ends = row.ends.map(|end| end as usize);
+            let relative: Vec3 = (0..4).map(|end| d[ends[end]] * row.parts[end]).sum();
+            let along = row.normal.dot(relative);
+            // What other rows and the springs have done since may make a part of its push needless.
+            let pushed = (row.push - (row.gap + along) * row.give).max(0.0) - row.push;
+            row.push += pushed;
+            let mut impulse = row.normal * pushed;
+            if row.push > 0.0 && row.friction > 0.0 {
+                let sideways = relative - row.normal * along;
+                let hold = (row.hold - sideways * row.give).clamp_length_max(row.friction * row.push);
+                impulse += hold - row.hold;
+                row.hold = hold;
+            }
+            if impulse != Vec3::ZERO {
+                for end in 0..4 {
+                    d[ends[end]] += impulse * (row.parts[end] * weights[ends[end]]);
+                }
+            }
+        }
+    }
+
+    /// Whether all rows are as good as kept.
+    pub fn are_kept(&self) -> bool {
+        self.list.iter().all(|row| row.give == 0.0 || self.gap(row) >= -row.slack)
+    }
+
+    /// The distance beyond the target now [m].
+    fn gap(&self, row: &Row) -> f32 {
+        let relative: Vec3 = (0..4).map(|end| self.d[row.ends[end] as usize] * row.parts[end]).sum();
+        row.gap + row.normal.dot(relative)
+    }
+
+    /// The rows as a cloth sees them.
+    pub fn obstacles(&self, cloth: &ClothRange, list: &mut Vec<Obstacle>) {
+        list.clear();
+        let own = cloth.particles();
+        for row in &self.list {
+            let mut nodes = [(0, 0.0); 4];
+            let mut any = false;
+            for end in 0..4 {
+                let vertex = self.vertices[row.ends[end] as usize] as usize;
+                if row.parts[end] != 0.0 && own.contains(&vertex) {
+                    nodes[end] = ((vertex - own.start) as u32, row.parts[end]);
+                    any = true;
+                }
+            }
+            if any {
+                list.push(Obstacle { nodes, normal: row.normal, room: self.gap(row).max(0.0) });
+            }
+        }
+    }
+
+    /// The particles that rows have pushed in this step.
+    pub fn pushed(&self) -> impl Iterator<Item = usize> {
+        let rows = self.list.iter().filter(|row| row.push > 0.0);
+        rows.flat_map(|row| (0..4).filter(|&end| row.parts[end] != 0.0).map(|end| self.vertices[row.ends[end] as usize] as usize))
+            .filter(|&vertex| vertex < self.particles)
+    }
+}
+
+/// How far a row brings two features apart [m].
+fn target(thickness: f64, distance: f64) -> f64 {
+    thickness.min(distance + RECOVERY * thickness)
+}
+
+/// Whether features of one surface are joined by so few edges that they cannot keep its thickness.
+fn is_near(surfaces: &Surfaces, corners: [u32; 4], split: usize) -> bool {
+    let (one, other) = corners.split_at(split);
+    one.iter().any(|&a| other.iter().any(|&b| surfaces.are_near(a, b)))
+}
+
+/// Whether no neighbour of either feature is nearer to the other along the normal.
+fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: &Closest, split: usize, normal: DVec3) -> bool {
+    let side = |range: std::ops::Range<usize>, toward: DVec3| {
+        let counts = range.filter(|&end| closest.parts[end] != 0.0);
+        let mut vertices = [NONE; 3];
+        let (mut count, mut point) = (0, DVec3::ZERO);
+        for end in counts {
+            vertices[count] = corners[end];
+            count += 1;
+            point += places.x[corners[end] as usize] * closest.parts[end].abs();
+        }
+        let is_nearer = |vertex: u32| {
+            let way = places.x[vertex as usize] - point;
+            toward.dot(way) > NEARER * way.length()
+        };
+        match count {
+            1 => !surfaces.ring.of(vertices[0] as usize).iter().any(|&other| is_nearer(other)),
+            2 => {
+                let other = surfaces.ring.of(vertices[1] as usize);
+                let both = |vertex: &&u32| other.binary_search(vertex).is_ok();
+                !surfaces.ring.of(vertices[0] as usize).iter().filter(both).any(|&vertex| is_nearer(vertex))
+            }
+            _ => true,
+        }
+    };
+    side(0..split, -normal) && side(split..4, normal)
+}

@@ -1,0 +1,118 @@
+//! What coarse levels may not do where cloth touches something.
+//!
+//! A row of contact is pulled back through the interpolation, to the particles of a coarse level that its own follow. There it only
+//! resists: what a level adds to the displacements may use up the room that the row has, and no more. Rows that push on coarse levels
+//! make cloth rigid; without any, coarse levels push cloth into what it lies on, and the finest level alone cannot carry that back.
+
+use glam::Vec4;
+
+use super::level::Level;
+use crate::contact::Obstacle;
+
+/// Particles of a level that a row may have; those of rows with more resist nothing there.
+const MOST: usize = 16;
+/// Sums of squared parts below this are what is left of sides that move alike.
+const ALIKE: f32 = 0.02;
+
+/// A row on one level.
+#[derive(Debug, Clone, Copy)]
+struct Blocked {
+    /// The particles with the largest part on either side: of rows that share both the one with the least room is enough.
+    key: [u32; 2],
+    nodes: [(u32, f32); MOST],
+    count: usize,
+    normal: Vec4,
+    room: f32,
+    give: f32,
+}
+
+/// The rows of all coarse levels, from the second finest on.
+#[derive(Debug, Default)]
+pub(super) struct Obstacles {
+    levels: Vec<Vec<Blocked>>,
+}
+
+impl Obstacles {
+    pub fn new(levels: usize) -> Self {
+        Self { levels: vec![Vec::new(); levels - 1] }
+    }
+
+    pub fn clear(&mut self) {
+        self.levels.iter_mut().for_each(Vec::clear);
+    }
+
+    /// Takes rows; `places` are those of the cloth's particles on the finest level.
+    pub fn set(&mut self, rows: &[Obstacle], levels: &[Level], places: &[u32]) {
+        self.clear();
+        for row in rows {
+            let (mut nodes, mut count) = ([(0, 0.0); MOST], 0);
+            for &(particle, part) in row.nodes.iter().filter(|node| node.1 != 0.0) {
+                nodes[count] = (places[particle as usize], part);
+                count += 1;
+            }
+            for (index, blocked) in self.levels.iter_mut().enumerate() {
+                let Some(above) = raise(&nodes[..count], &levels[index]) else { break };
+                (nodes, count) = above;
+                if let Some(row) = Blocked::new(nodes, count, row, &levels[index + 1]) {
+                    blocked.push(row);
+                }
+            }
+        }
+        for blocked in &mut self.levels {
+            blocked.sort_by(|a, b| a.key.cmp(&b.key).then(a.room.total_cmp(&b.room)));
+            blocked.dedup_by_key(|row| row.key);
+        }
+    }
+
+    /// Takes back what a coarse level has used beyond the room of its rows.
+    pub fn resist(&self, index: usize, level: &mut Level) {
+        let Level { d, before, .. } = level;
+        for row in &self.levels[index - 1] {
+            let nodes = &row.nodes[..row.count];
+            let gained: f32 =
+                nodes.iter().map(|&(node, part)| (d[node as usize] - before[node as usize]).dot(row.normal) * part).sum();
+            let back = (-row.room - gained) * row.give;
+            if back > 0.0 {
+                for &(node, part) in nodes {
+                    let d = &mut d[node as usize];
+                    *d += row.normal * (back * part * d.w);
+                }
+            }
+        }
+    }
+}
+
+/// The particles that those of a level follow, with their parts of a row; none if there are too many.
+fn raise(nodes: &[(u32, f32)], level: &Level) -> Option<([(u32, f32); MOST], usize)> {
+    let (mut above, mut count) = ([(0, 0.0); MOST], 0_usize);
+    for &(node, part) in nodes {
+        for (parent, share) in level.parents[node as usize].iter() {
+            match above[..count].iter_mut().find(|other| other.0 == parent) {
+                Some(other) => other.1 += part * share,
+                None if count == MOST => return None,
+                None => {
+                    above[count] = (parent, part * share);
+                    count += 1;
+                }
+            }
+        }
+    }
+    Some((above, count))
+}
+
+impl Blocked {
+    fn new(nodes: [(u32, f32); MOST], count: usize, row: &Obstacle, level: &Level) -> Option<Self> {
+        let own = &nodes[..count];
+        let squares: f32 = own.iter().map(|node| node.1 * node.1).sum();
+        let weight: f32 = own.iter().map(|&(node, part)| part * part * level.d[node as usize].w).sum();
+        if squares < ALIKE || weight <= 0.0 {
+            return None;
+        }
+        let largest = |sign: f32| {
+            let with = own.iter().filter(|node| node.1 * sign > 0.0);
+            with.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0))).map_or(u32::MAX, |node| node.0)
+        };
+        let key = [largest(1.0), largest(-1.0)];
+        Some(Self { key, nodes, count, normal: row.normal.extend(0.0), room: row.room, give: 1.0 / weight })
+    }
+}

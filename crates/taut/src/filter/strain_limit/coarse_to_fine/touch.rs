@@ -1,0 +1,283 @@
+//! All cloths of a step together, where they touch bodies, each other or themselves.
+//!
+//! 1. One cycle without contact, so that the ends of the step are sensible; what comes near on the way there becomes rows.
+//! 2. Cycles of each cloth and sweeps over all rows in turn, until springs are short enough and rows are kept.
+//! 3. The certificate: each cloth keeps its limit, and nothing crosses anything on the way. Pairs that would cross become rows, with
+//!    what is closest at the time of impact, and 2 goes on; where that does not help, the step is shortened there.
+
+use glam::{DVec3, Vec3};
+
+use super::unit::{Descent, Unit};
+use crate::contact::{Contact, Obstacle};
+use crate::filter::Limited;
+use crate::geometry::{Pool, Vectors};
+use crate::model::Model;
+use crate::schedule::Stride;
+use crate::state::{State, measure};
+
+/// Cycles and sweeps in turn, at most; with rows that came late, so many more.
+const ROUNDS: usize = 30;
+const ROUNDS_OF_REPAIR: usize = 6;
+/// .. and at least: what lies still is pushed, and held, in every step.
+const AT_LEAST: usize = 3;
+/// Sweeps over rows between two cycles.
+const SWEEPS: usize = 2;
+/// Coarse levels learn so often how much room rows have, in rounds.
+const RENEWED: usize = 3;
+/// So often rows are made of what would cross.
+const REPAIRS: usize = 2;
+/// So often a step is shortened where it would cross something; from some round on by half as much again, and then everything stays.
+const SHORTENED: usize = 12;
+const HALVED: usize = 6;
+
+/// Contact, and what a step is gone through with.
+pub(super) struct Touch {
+    contact: Contact,
+    /// The unit of each cloth, if it has one.
+    units: Vec<Option<usize>>,
+    /// The cloth of each particle.
+    cloths: Vec<u32>,
+    /// The proposed ends and velocities, and where bodies end.
+    proposed: Vectors,
+    velocities: Vectors,
+    bodies: Vec<DVec3>,
+    obstacles: Vec<Obstacle>,
+    descents: Vec<Descent>,
+}
+
+impl Touch {
+    pub fn new(model: &Model) -> Option<Self> {
+        let contact = Contact::new(model)?;
+        let cloths = (0..model.cloths.len() as u32).flat_map(|cloth| vec![cloth; model.cloths[cloth as usize].count]);
+        Some(Self {
+            contact,
+            units: Vec::new(),
+            cloths: cloths.collect(),
+            proposed: Vectors::default(),
+            velocities: Vectors::default(),
+            bodies: vec![DVec3::ZERO; model.bodies.rest.len()],
+            obstacles: Vec::new(),
+            descents: Vec::new(),
+        })
+    }
+
+    pub fn apply(
+        &mut self,
+        units: &mut [Unit],
+        stride: Stride<'_>,
+        state: &mut State,
+        ends: &mut Vectors,
+        corrections: &mut Vectors,
+        pool: &Pool,
+    ) -> Limited {
+        let model = stride.model;
+        let end = state.clock.next(stride.plan.length).time();
+        stride.inputs.bodies.places(&model.bodies, end, &mut self.bodies);
+        self.units.clear();
+        self.units.extend((0..model.cloths.len()).map(|cloth| units.iter().position(|unit| unit.index() == cloth)));
+        self.proposed.clone_from(ends);
+        self.velocities.clone_from(&state.velocities);
+        self.descents.clear();
+        let mut limited = Limited::default();
+        for unit in units.iter_mut() {
+            let proposed = measure(model, unit.cloth(), ends, pool);
+            limited.springs += proposed.over;
+            if proposed.worst.is_nan() {
+                return limited;
+            }
+            let mut descent = unit.begin(proposed, state, ends, pool);
+            if proposed.worst > 1.0 {
+                unit.descend(model, &mut descent, pool);
+            } else {
+                descent.is_done = true;
+            }
+            self.descents.push(descent);
+        }
+        // 1
+        self.contact.start(model, &state.origins, &state.positions, &state.bodies);
+        for particle in 0..ends.len() {
+            let at = state.positions.get(particle)
+                + self.displacement(units, particle).unwrap_or(ends.get(particle) - state.positions.get(particle));
+            ends.set(particle, at);
+        }
+        self.contact.end(model, &state.origins, ends, &self.bodies);
+        self.contact.find_rows();
+        self.contact.rows.load_bodies(&self.contact.places);
+        limited.contacts = self.contact.rows.len() as u32;
+        if !self.contact.rows.is_empty() {
+            for (unit, descent) in units.iter().zip(&mut self.descents) {
+                unit.stand(state, &self.proposed, &model.particles.inverse_mass, descent);
+            }
+        }
+        let mut rounds = ROUNDS;
+        for attempt in 0.. {
+            self.solve(units, model, rounds, pool); // 2
+            ends.clone_from(&self.proposed);
+            state.velocities.clone_from(&self.velocities);
+            let verdict = self.conclude(units, stride, state, ends, corrections, pool); // 3
+            limited = Limited {
+                cuts: verdict.cuts,
+                lost_motion: verdict.lost_motion,
+                held_back_pins: verdict.held_back_pins,
+                ..limited
+            };
+            self.contact.end(model, &state.origins, ends, &self.bodies);
+            self.contact.certify();
+            if self.contact.cuts.list.is_empty() {
+                break;
+            }
+            if attempt < REPAIRS {
+                self.contact.add_rows_of_cuts();
+                self.contact.rows.load_bodies(&self.contact.places);
+                rounds = ROUNDS_OF_REPAIR;
+                continue;
+            }
+            limited.contact_cuts = 1;
+            let lost = self.shorten(units, stride, state, ends, pool);
+            limited.lost_motion = limited.lost_motion.max(lost);
+            break;
+        }
+        limited.sweeps = self.descents.iter().map(|descent| descent.sweeps).sum();
+        limited.closest = Some(self.contact.cuts.closest).filter(|closest| closest.is_finite());
+        state.bodies.clone_from(&self.bodies);
+        limited
+    }
+
+    /// Cycles and sweeps in turn.
+    fn solve(&mut self, units: &mut [Unit], model: &Model, rounds: usize, pool: &Pool) {
+        let Self { contact, units: of_cloth, cloths, obstacles, descents, .. } = self;
+        let rows = &mut contact.rows;
+        let locate = |particle: usize| {
+            let cloth = cloths[particle] as usize;
+            of_cloth[cloth].map(|unit| (unit, particle - model.cloths[cloth].first))
+        };
+        for round in 0..rounds {
+            if !rows.is_empty() {
+                rows.gather(|particle| locate(particle).map_or(Vec3::ZERO, |(unit, own)| units[unit].levels().displacement(own)));
+                if round >= AT_LEAST && descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
+                    return;
+                }
+                (0..SWEEPS).for_each(|_| rows.sweep());
+                rows.scatter(|particle, way| {
+                    if let Some((unit, own)) = locate(particle) {
+                        units[unit].levels_mut().shift(own, way);
+                    }
+                });
+                if round % RENEWED == 0 {
+                    for unit in units.iter_mut() {
+                        rows.obstacles(unit.cloth(), obstacles);
+                        unit.levels_mut().obstruct(obstacles);
+                    }
+                }
+            } else if descents.iter().all(|descent| descent.is_done) {
+                return;
+            }
+            for (unit, descent) in units.iter_mut().zip(descents.iter_mut()) {
+                if !descent.is_done || !rows.is_empty() {
+                    unit.descend(model, descent, pool);
+                }
+            }
+        }
+    }
+
+    /// The displacement of a particle so far, if its cloth has levels.
+    fn displacement(&self, units: &[Unit], particle: usize) -> Option<Vec3> {
+        let cloth = self.cloths[particle] as usize;
+        let unit = &units[self.units[cloth]?];
+        Some(unit.levels().displacement(particle - unit.cloth().first))
+    }
+
+    /// Writes ends and velocities, each cloth within its limit.
+    fn conclude(
+        &mut self,
+        units: &mut [Unit],
+        stride: Stride<'_>,
+        state: &mut State,
+        ends: &mut Vectors,
+        corrections: &mut Vectors,
+        pool: &Pool,
+    ) -> Limited {
+        let touches = !self.contact.rows.is_empty();
+        let step = stride.plan.length as f32;
+        let mut limited = Limited::default();
+        let mut rates = Vec::with_capacity(units.len());
+        for (unit, descent) in units.iter_mut().zip(&self.descents) {
+            let lost = unit.settle(stride, state, ends, descent, touches, pool);
+            rates.push(unit.tell_velocities(stride, state, ends, corrections, descent, pool));
+            limited.lost_motion = limited.lost_motion.max(lost);
+        }
+        // What was pushed has the velocity with which it goes.
+        let mut pushed: Vec<usize> = self.contact.rows.pushed().collect();
+        pushed.sort_unstable();
+        pushed.dedup();
+        for particle in pushed {
+            if let Some(unit) = self.units[self.cloths[particle] as usize] {
+                let further = corrections.get(particle) * (1.0 / step - rates[unit]);
+                state.velocities.set(particle, state.velocities.get(particle) + further);
+            }
+        }
+        for (unit, descent) in units.iter_mut().zip(&self.descents) {
+            let frame = if touches { None } else { descent.frame };
+            let verdict = unit.certify(stride, state, ends, frame, pool);
+            limited.cuts += u32::from(verdict.cut);
+            limited.held_back_pins += u32::from(verdict.held_back_pins);
+            limited.lost_motion = limited.lost_motion.max(verdict.lost_motion);
+        }
+        limited
+    }
+
+    /// Lets what would cross go only a part of its way, and what hangs on it. Returns the part of the motion that was lost [1].
+    fn shorten(&mut self, units: &mut [Unit], stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> f64 {
+        let (model, step) = (stride.model, stride.plan.length as f32);
+        let all = motion(model, &state.positions, ends);
+        let before = ends.clone();
+        for round in 0..SHORTENED {
+            self.contact.cuts.shorten(if round < HALVED { 1.0 } else { 0.5 });
+            let cuts = &self.contact.cuts;
+            for &vertex in &cuts.shortened {
+                let (vertex, factor) = (vertex as usize, cuts.factors[vertex as usize]);
+                if vertex < model.particle_count() {
+                    let (start, end) = (state.positions.get(vertex), ends.get(vertex));
+                    let now = start + (end - start) * factor as f32;
+                    state.velocities.set(vertex, state.velocities.get(vertex) + (now - end) / step);
+                    ends.set(vertex, now);
+                }
+            }
+            for body in &model.bodies.list {
+                let of = |vertex: usize| cuts.factors[vertex + model.particle_count()];
+                let factor = body.vertices.clone().map(of).fold(1.0, f64::min);
+                if factor < 1.0 {
+                    for vertex in body.vertices.clone() {
+                        self.bodies[vertex] = state.bodies[vertex].lerp(self.bodies[vertex], factor);
+                    }
+                }
+            }
+            for unit in units.iter_mut() {
+                unit.certify(stride, state, ends, None, pool);
+            }
+            self.contact.end(model, &state.origins, ends, &self.bodies);
+            self.contact.certify();
+            if self.contact.cuts.list.is_empty() {
+                return lost(model, &before, ends, all);
+            }
+        }
+        // Where everything is, nothing crosses.
+        for particle in 0..ends.len() {
+            let (start, end) = (state.positions.get(particle), ends.get(particle));
+            state.velocities.set(particle, state.velocities.get(particle) - (end - start) / step);
+            ends.set(particle, start);
+        }
+        self.bodies.clone_from(&state.bodies);
+        1.0
+    }
+}
+
+/// Sum of M |D| [kg m].
+fn motion(model: &Model, from: &Vectors, to: &Vectors) -> f64 {
+    let way = |particle: usize| f64::from(model.particles.mass[particle] * (to.get(particle) - from.get(particle)).length());
+    (0..from.len()).map(way).sum()
+}
+
+fn lost(model: &Model, before: &Vectors, after: &Vectors, all: f64) -> f64 {
+    if all > 0.0 { (motion(model, before, after) / all).min(1.0) } else { 0.0 }
+}

@@ -1,0 +1,343 @@
+//! One cloth in one step: cycles over its levels until few springs are over, what puts the last of them right, and the certificate.
+
+use glam::Vec3;
+
+use super::certificate::Certificate;
+use super::direct::Direct;
+use super::finish::Finish;
+use super::patch::Patch;
+use super::*;
+use crate::state::Stretch;
+
+/// One cloth: its levels and its certificate.
+pub(super) struct Unit {
+    /// Which, and what it has.
+    index: usize,
+    cloth: ClothRange,
+    certificate: Certificate,
+    levels: Box<dyn Levels>,
+    finish: Finish,
+    patch: Patch,
+    /// Made when it is asked for the first time: most cloths never do.
+    direct: Option<Direct>,
+    may_solve: bool,
+    is_small: bool,
+    is_patient: bool,
+    /// So few springs over their limit are put right one by one after so many cycles.
+    few: usize,
+    at_least: u32,
+    /// Length of its shortest spring [m].
+    shortest: f32,
+    /// Workspace: what chunks of particles add to sums.
+    energies: Vec<[f64; 1]>,
+    products: Vec<[f64; 2]>,
+}
+
+/// Where the cycles of a step stand.
+pub(super) struct Descent {
+    /// The displacement of what is held [m], and the kinetic energy of the proposal seen from there, if there is such a frame.
+    pub frame: Option<Vec3>,
+    energy: Option<f64>,
+    /// What rounding adds to the shortest spring, and what is short enough, as parts of R.
+    rounding: f32,
+    enough: f32,
+    /// What the last step left in [`Calm`].
+    at_least: u32,
+    room: f32,
+    /// The largest |P_uv| / R, and the cycles so far.
+    worst: f32,
+    pub sweeps: u32,
+    since_restart: u8,
+    /// When progress is looked at next, and what the worst spring was too long at the last look.
+    next_look: u32,
+    before: f32,
+    /// All springs are short enough; and nothing is left to do, or nothing helps.
+    pub is_done: bool,
+    is_over: bool,
+}
+
+impl Unit {
+    /// A cloth; none if nothing in it is limited.
+    pub fn new(model: &Model, index: usize, cloth: &ClothRange, plan: &Plan) -> Option<Self> {
+        let strain = *model.springs.strain_limit.get(cloth.springs.clone())?.first()?;
+        let largest = if cloth.rates.is_empty() { LARGEST_BACK_OFF_UNSCALED } else { LARGEST_BACK_OFF };
+        let shrunk = back_off_of_step(plan, cloth);
+        let masses = &model.particles.mass[cloth.particles()];
+        let heaviest = masses.iter().fold(0.0, |most: f32, mass| most.max(*mass));
+        let is_heavy = heaviest > HEAVY * masses.iter().sum::<f32>() / masses.len() as f32;
+        let back_off = if cloth.lattice.is_some() && !is_heavy { BACK_OFF_OF_GRIDS } else { BACK_OFF };
+        let delta = (back_off * shrunk).min(largest * strain) / (1.0 + strain);
+        let mut levels: Box<dyn Levels> = match cloth.lattice {
+            Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
+            None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
+        };
+        Some(Self {
+            index,
+            cloth: cloth.clone(),
+            certificate: Certificate::new(model, cloth),
+            finish: Finish::new(model, cloth),
+            patch: Patch::new(cloth.count),
+            direct: None,
+            may_solve: cloth.springs.len() <= if is_heavy { SMALL_IF_HEAVY } else { SMALL },
+            is_small: cloth.springs.len() <= SMALL,
+            is_patient: is_heavy && cloth.springs.len() > PATIENT,
+            at_least: if is_heavy { AT_LEAST_IF_HEAVY } else { AT_LEAST },
+            few: (FEW * cloth.springs.len() as f32) as usize,
+            shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
+            energies: vec![[0.0]; levels.motion().weights.len().div_ceil(CHUNK)],
+            products: vec![[0.0; 2]; cloth.count.div_ceil(CHUNK)],
+            levels,
+        })
+    }
+
+    /// Makes the step of this cloth admissible.
+    pub fn apply(
+        &mut self,
+        stride: Stride<'_>,
+        state: &mut State,
+        ends: &mut Vectors,
+        corrections: &mut Vectors,
+        pool: &Pool,
+    ) -> Limited {
+        let proposed = measure(stride.model, &self.cloth, ends, pool);
+        let limited = Limited { springs: proposed.over, ..Limited::default() };
+        if proposed.worst <= 1.0 || proposed.worst.is_nan() {
+            return limited;
+        }
+        let mut descent = self.begin(proposed, state, ends, pool);
+        while !descent.is_over {
+            self.descend(stride.model, &mut descent, pool);
+        }
+        let lost = self.settle(stride, state, ends, &descent, false, pool);
+        self.tell_velocities(stride, state, ends, corrections, &descent, pool);
+        let verdict = self.certify(stride, state, ends, descent.frame, pool);
+        Limited {
+            sweeps: descent.sweeps,
+            cuts: u32::from(verdict.cut),
+            lost_motion: 1.0 - (1.0 - lost) * (1.0 - verdict.lost_motion),
+            held_back_pins: u32::from(verdict.held_back_pins),
+            ..limited
+        }
+    }
+
+    /// Takes a proposed step, of which `proposed` tells how far springs are over.
+    pub fn begin(&mut self, proposed: Stretch, state: &State, ends: &Vectors, pool: &Pool) -> Descent {
+        let Calm { cycles: at_least, room } = state.calm[self.index];
+        self.levels.load(&state.positions, ends, room, pool);
+        let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
+        let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
+        let rounding = self.rounding(&state.positions, pool);
+        Descent {
+            worst: proposed.worst,
+            frame,
+            energy,
+            rounding,
+            enough: self.enough(rounding),
+            at_least,
+            room,
+            sweeps: 0,
+            since_restart: 0,
+            next_look: PATIENCE,
+            before: f32::INFINITY,
+            is_done: false,
+            is_over: false,
+        }
+    }
+
+    /// Sees a cloth that nothing holds, but that touches something, from the world instead of from its centre of mass: that stops.
+    pub fn stand(&self, state: &State, ends: &Vectors, weights: &[f32], descent: &mut Descent) {
+        if self.certificate.is_free() {
+            let way = |particle: usize| f64::from((ends.get(particle) - state.positions.get(particle)).length_squared());
+            descent.frame = Some(Vec3::ZERO);
+            descent.energy = Some(self.cloth.particles().map(|p| way(p) / f64::from(weights[p])).sum());
+        }
+    }
+
+    /// Goes on by one cycle.
+    pub fn descend(&mut self, model: &Model, descent: &mut Descent, pool: &Pool) {
+        let Descent { enough, at_least, .. } = *descent;
+        let is_sure = descent.sweeps + 1 < at_least;
+        let is_last = descent.sweeps + 1 == model.solver.iterations();
+        let cycle = Cycle { since_restart: descent.since_restart, enough, is_sure, is_last, is_calm: at_least > 0 };
+        let left = self.levels.cycle(cycle, pool);
+        descent.sweeps += 1;
+        descent.is_done = false;
+        descent.since_restart = if left.is_some_and(|left| left.worst > RESTART * descent.worst) {
+            0
+        } else {
+            descent.since_restart.saturating_add(1)
+        };
+        let Some(left) = left else { return };
+        descent.worst = left.worst;
+        let mut is_stuck = is_last;
+        if descent.sweeps >= descent.next_look && !self.is_patient {
+            is_stuck |= left.worst - enough > PROGRESS * descent.before;
+            (descent.next_look, descent.before) = (descent.sweeps + PATIENCE, left.worst - enough);
+        }
+        let few = descent.sweeps >= self.at_least && left.over <= self.few;
+        let finishes = left.over > 0 && (few || is_stuck);
+        descent.is_done = left.worst <= enough || finishes && self.finish.run(&mut *self.levels, enough);
+        if is_stuck && !descent.is_done && !self.is_small && left.over <= STUBBORN {
+            let weights = &model.particles.inverse_mass[self.cloth.particles()];
+            descent.is_done = self.patch.run(&mut *self.levels, self.finish.around(), weights, enough);
+        }
+        descent.is_over = descent.is_done || is_stuck;
+    }
+
+    /// Hands the corrected ends out, within the bound on kinetic energy. Returns the part of the motion that this bound took [1]. What
+    /// `touches` something may get energy and momentum from it.
+    pub fn settle(
+        &mut self,
+        stride: Stride<'_>,
+        state: &mut State,
+        ends: &Vectors,
+        descent: &Descent,
+        touches: bool,
+        pool: &Pool,
+    ) -> f64 {
+        let Descent { frame, energy, .. } = *descent;
+        let model = stride.model;
+        if touches {
+            self.levels.settle(pool);
+            let left_of_energy = match (frame, energy) {
+                (Some(frame), Some(before)) => self.levels.motion().energy(frame, &mut self.energies, pool) / before,
+                _ => 1.0,
+            };
+            self.remember(state, descent, left_of_energy);
+            return 0.0;
+        }
+        let mut left_of_energy = self.hand_out(frame, energy, pool);
+        // Pins that move differently may ask for what no place allows.
+        let is_poor = !descent.is_done || left_of_energy > if self.is_small { RAISED } else { DOUBLED };
+        if let Some(frame) = frame.filter(|_| is_poor)
+            && self.solve(model, &state.positions, ends, frame, descent.rounding)
+        {
+            left_of_energy = self.hand_out(Some(frame), energy, pool);
+        }
+        self.remember(state, descent, left_of_energy);
+        // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is. It is not where a limit
+        // has tightened, and what pulls the cloth within it does work.
+        let tightened =
+            || stride.inputs.limits[self.index].changes() && measure(model, &self.cloth, &state.positions, pool).worst > 1.0;
+        if let Some(frame) = frame.filter(|_| left_of_energy > 1.0 && !tightened()) {
+            let kept = left_of_energy.recip().sqrt();
+            self.levels.motion().slow_down(frame, kept as f32);
+            return 1.0 - kept;
+        }
+        0.0
+    }
+
+    /// The cloth, and which of all it is.
+    pub fn cloth(&self) -> &ClothRange {
+        &self.cloth
+    }
+
+    /// See [`Self::cloth`].
+    pub fn index(&self) -> usize {
+        self.index
+    }
+
+    /// Its levels.
+    pub fn levels(&self) -> &dyn Levels {
+        &*self.levels
+    }
+
+    /// The same, to be changed.
+    pub fn levels_mut(&mut self) -> &mut dyn Levels {
+        &mut *self.levels
+    }
+
+    /// Remembers how calm the cloth hangs.
+    fn remember(&self, state: &mut State, descent: &Descent, left_of_energy: f64) {
+        let cycles = cycles_from_now(descent.at_least, descent.sweeps, left_of_energy < CALM);
+        state.calm[self.index] = Calm { cycles, room: room_from_now(descent.room, left_of_energy) };
+    }
+
+    /// Writes the corrected ends, and gives velocities their part of the corrections. Returns that part [1/s].
+    pub fn tell_velocities(
+        &mut self,
+        stride: Stride<'_>,
+        state: &mut State,
+        ends: &mut Vectors,
+        corrections: &mut Vectors,
+        descent: &Descent,
+        pool: &Pool,
+    ) -> f32 {
+        self.levels.store(&state.positions, ends, corrections, pool);
+        let products = &mut self.products;
+        let rate = impulse::rate(stride, &self.cloth, &state.velocities, corrections, descent.frame, products, pool);
+        state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
+        rate
+    }
+
+    /// Measures the ends, and shortens them where springs are over, towards where the step starts, moved along with the frame.
+    pub fn certify(
+        &mut self,
+        stride: Stride<'_>,
+        state: &mut State,
+        ends: &mut Vectors,
+        frame: Option<Vec3>,
+        pool: &Pool,
+    ) -> certificate::Verdict {
+        let tightens = stride.inputs.limits[self.index].changes();
+        self.certificate.enforce(stride, state, ends, frame, tightens, pool)
+    }
+
+    /// Finds the place within all limits nearest to the proposed one, in small cloths. Returns whether that was done.
+    fn solve(&mut self, model: &Model, positions: &Vectors, ends: &Vectors, frame: Vec3, rounding: f32) -> bool {
+        if self.may_solve && self.direct.is_none() {
+            self.direct = Direct::new(model, &self.cloth);
+            self.may_solve = self.direct.is_some();
+        }
+        self.direct.as_mut().is_some_and(|direct| direct.run(&mut *self.levels, positions, ends, frame, rounding))
+    }
+
+    /// Takes the corrected ends for the displacements. Returns what is left of the kinetic energy in the `frame`, which was `before`.
+    pub fn hand_out(&mut self, frame: Option<Vec3>, before: Option<f64>, pool: &Pool) -> f64 {
+        self.levels.settle(pool);
+        let mut motion = self.levels.motion();
+        let (Some(frame), Some(before)) = (frame, before) else { return 1.0 };
+        if self.certificate.is_free() {
+            // What was put right one by one must not add up to a momentum.
+            let astray = frame - motion.mean();
+            motion.shift(astray);
+        }
+        motion.energy(frame, &mut self.energies, pool) / before
+    }
+
+    /// Part of R below which the levels are done.
+    fn enough(&self, rounding: f32) -> f32 {
+        1.0 - rounding.max(2e-5).min(0.5 * self.levels.back_off())
+    }
+
+    /// What rounding the ends of the shortest spring to single precision once more can add to it, as a part of its length.
+    fn rounding(&self, positions: &Vectors, pool: &Pool) -> f32 {
+        4.0 * f32::EPSILON * positions.reach(self.cloth.particles(), pool) / self.shortest
+    }
+}
+
+/// What is left of back-offs in steps that are shorter than automatic ones [1]: their root. What a step takes back too far is
+/// lost, and more steps would lose more of the motion; but with back-offs in proportion to the step cycles do not end where
+/// masses differ.
+fn back_off_of_step(plan: &Plan, cloth: &ClothRange) -> f32 {
+    if cloth.rates.is_empty() { 1.0 } else { plan.of(cloth).relative.min(1.0).sqrt() as f32 }
+}
+
+/// How many cycles the next step takes at least, after one of which as much was asked and that took so many. It rises little by little: a
+/// single step that took many is no reason for all that follow.
+fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
+    match calm {
+        true if taken > at_least => taken.min(at_least + at_least / 4 + 4),
+        true => at_least,
+        false => at_least * 3 / 4,
+    }
+}
+
+/// The room of coarse levels in the next step, after one with `room` whose limit left such a part of its kinetic energy.
+fn room_from_now(room: f32, left_of_energy: f64) -> f32 {
+    if left_of_energy > DOUBLED {
+        return (SHRINK * room).max(NO_ROOM);
+    }
+    let freedom = ((left_of_energy - HELD[0]) / (HELD[1] - HELD[0])).clamp(0.0, 1.0) as f32;
+    room + PACE * (LEAST_ROOM + (1.0 - LEAST_ROOM) * freedom - room)
+}
