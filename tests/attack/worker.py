@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import resource
 import tempfile
+import time
 import traceback
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -19,6 +20,10 @@ MEMORY = 6 << 30
 """Address space that a process may ask for [bytes]; threads reserve much more of it than they use."""
 PATIENCE = 2.0
 """How long a process may take to end by itself [s]."""
+LOOK = 0.5
+"""How often the clock is looked at [s]."""
+BUSY = 5
+"""A case may take so many times its time where others keep the processors busy, or where it only waits."""
 PRINTED = ("Traceback (most recent call last)", "panicked at", "was never retrieved", "was destroyed but")
 """What nobody should read in the output of a process."""
 
@@ -40,7 +45,7 @@ class Worker:
             self._start()
         try:
             self._pipe.send((seed, case))
-            if not self._pipe.poll(self._attack.seconds):
+            if not self._answers():
                 self.stop()
                 return Outcome(f"took longer than {self._attack.seconds:g} s")
             outcome, self.resident, self.peak = self._pipe.recv()
@@ -50,6 +55,18 @@ class Worker:
             self.stop()
             return Outcome(f"the process died with status {status}: {tail(self._log)}")
         return outcome
+
+    def _answers(self) -> bool:
+        """Whether there is an answer in time: that of the processor, as others may be at work."""
+        seconds = self._attack.seconds
+        begin, start = processor_seconds(self._process.pid), time.monotonic()
+        while not self._pipe.poll(LOOK):
+            gone = time.monotonic() - start
+            if gone > BUSY * seconds or (
+                gone > seconds and processor_seconds(self._process.pid) - begin > seconds
+            ):
+                return False
+        return True
 
     def stop(self) -> None:
         """End the process."""
@@ -68,6 +85,16 @@ class Worker:
         self._process = context.Process(target=serve, args=arguments, daemon=True)
         self._process.start()
         other.close()
+
+
+def processor_seconds(pid: int) -> float:
+    """Processor time that a process has taken [s]; that of the clock where the system does not tell."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return time.monotonic()
+    user, system = stat.rsplit(")", 1)[1].split()[11:13]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 
 
 def serve(pipe: Connection, name: str, log: Path) -> None:

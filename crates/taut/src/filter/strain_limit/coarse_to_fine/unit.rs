@@ -26,8 +26,9 @@ pub(super) struct Unit {
     /// So few springs over their limit are put right one by one after so many cycles.
     few: usize,
     at_least: u32,
-    /// Length of its shortest spring [m].
+    /// Length of its shortest spring [m], and the mass of what is not held [kg].
     shortest: f32,
+    mass: f64,
     /// Workspace: what chunks of particles add to sums.
     energies: Vec<[f64; 1]>,
     products: Vec<[f64; 2]>,
@@ -84,6 +85,7 @@ impl Unit {
             at_least: if is_heavy { AT_LEAST_IF_HEAVY } else { AT_LEAST },
             few: (FEW * cloth.springs.len() as f32) as usize,
             shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
+            mass: model.particles.free_masses(cloth).iter().sum(),
             energies: vec![[0.0]; levels.motion().weights.len().div_ceil(CHUNK)],
             products: vec![[0.0; 2]; cloth.count.div_ceil(CHUNK)],
             levels,
@@ -222,7 +224,9 @@ impl Unit {
         if let Some(frame) = frame.filter(|_| left_of_energy > 1.0 && !tightened()) {
             let kept = left_of_energy.recip().sqrt();
             self.levels.motion().slow_down(frame, kept as f32);
-            return 1.0 - kept;
+            // Nobody can tell a particle from another one that is nearer than what rounding its place takes.
+            let taken = (1.0 - kept) * (left_of_energy * energy.unwrap_or_default() / self.mass).sqrt();
+            return if taken > f64::from(descent.rounding * self.shortest) { 1.0 - kept } else { 0.0 };
         }
         0.0
     }
