@@ -3,6 +3,8 @@
 use std::mem;
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use crate::filter::{self, Filter};
 use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
@@ -12,6 +14,9 @@ use crate::integrate::{self, Integrator};
 use crate::model::Model;
 use crate::schedule::{Plan, Schedule, Stride};
 use crate::state::State;
+
+/// Steps are taken in so many parts at most where bodies are fast; beyond that bodies may lag.
+const MOST_PARTS: f64 = 64.0;
 
 /// The workspace of a simulation: allocated once, and anew where other particles are held. Never part of a result.
 pub struct Work {
@@ -29,6 +34,8 @@ pub struct Work {
     plan: Plan,
     /// Where the step leads [m].
     ends: Vectors,
+    /// Where bodies begin a step, and where they end it [m].
+    bodies: [Vec<DVec3>; 2],
     /// The state before several steps.
     pub(crate) before: State,
 }
@@ -54,6 +61,7 @@ impl Work {
             health: Health::new(model),
             ends: Vectors::zeros(model.particle_count()),
             before: State::new(model),
+            bodies: [model.bodies.rest.clone(), model.bodies.rest.clone()],
             schedule: schedule.clone(),
             plan,
             pool,
@@ -126,6 +134,18 @@ impl Work {
         self.plan = plan;
     }
 
+    /// In how many parts a step is taken, so that no body goes further than a cell of the cloth in any of them.
+    fn parts(&mut self, model: &Model, state: &State, inputs: &Inputs, dt: f64) -> u32 {
+        if !inputs.bodies.any_moves() {
+            return 1;
+        }
+        let [from, to] = &mut self.bodies;
+        inputs.bodies.places(&model.bodies, state.time(), from);
+        inputs.bodies.places(&model.bodies, state.clock.next(dt).time(), to);
+        let furthest = from.iter().zip(to).map(|(from, to)| from.distance(*to)).fold(0.0, f64::max);
+        (furthest / model.contact.cell).ceil().clamp(1.0, MOST_PARTS) as u32
+    }
+
     /// Plans a step of `dt` seconds, unless it is like the last one.
     fn plan(&mut self, model: &Model, dt: f64) {
         if self.plan.length != dt {
@@ -134,8 +154,20 @@ impl Work {
     }
 }
 
-/// Advances by one step of `dt` seconds under what acts from outside.
+/// Advances by one step of `dt` seconds under what acts from outside; in several where bodies would go further than a cell of the cloth.
 pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
+    let parts = work.parts(model, state, inputs, dt);
+    if parts == 1 {
+        return one_step(model, state, inputs, dt, work);
+    }
+    let end = state.clock.next(dt);
+    let reports = (0..parts).map(|_| one_step(model, state, inputs, dt / f64::from(parts), work));
+    let all = reports.reduce(StepReport::and).unwrap_or_default();
+    state.clock = end;
+    all
+}
+
+fn one_step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
     work.follow(model, inputs); // what is held -> levels
     work.follow_limits(model, inputs, state.clock.next(dt).time());
     work.plan(model, dt); // dt -> parts of the step

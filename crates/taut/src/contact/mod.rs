@@ -26,6 +26,8 @@ const FLOOR: f64 = 0.1;
 const KEPT: f64 = 0.8;
 /// Pairs nearer than this many thicknesses become rows [1].
 const MARGIN: f64 = 1.5;
+/// The same of edges of cloth with edges of cloth.
+const MARGIN_OF_EDGES: f64 = 0.7;
 /// What is nearer than its thickness is brought apart by this part of it in a step [1].
 const RECOVERY: f64 = 0.1;
 

@@ -11,7 +11,7 @@ use super::certificate::Cuts;
 use super::detect::Pair;
 use super::proximity::{Closest, Kind};
 use super::surfaces::{Owner, Surfaces};
-use super::{FLOOR, MARGIN, Places, RECOVERY};
+use super::{FLOOR, MARGIN, MARGIN_OF_EDGES, Places, RECOVERY};
 use crate::model::{ClothRange, Model};
 
 /// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
@@ -116,7 +116,10 @@ impl Rows {
             let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
             let distance = length - radius;
             let end: DVec3 = (0..4).map(|end| places.ends[corners[end] as usize] * closest.parts[end]).sum();
-            let margin = MARGIN * thickness;
+            // Where two cloths lie on each other their vertices keep them apart; edges count where these do not.
+            let are_cloths = owners.iter().all(|&owner| (owner as usize) < surfaces.cloths.len());
+            let part = if kind == Kind::EdgeEdge && are_cloths { MARGIN_OF_EDGES } else { MARGIN };
+            let margin = part * thickness;
             if distance > margin && normal.dot(end) - radius > margin {
                 continue;
             }

@@ -35,8 +35,8 @@ pub struct Limited {
 }
 
 impl Limited {
-    /// What was done for two cloths together.
-    fn and(self, other: Self) -> Self {
+    /// What was done for two cloths, or in two parts of a step, together.
+    pub(crate) fn and(self, other: Self) -> Self {
         Self {
             springs: self.springs + other.springs,
             sweeps: self.sweeps + other.sweeps,

@@ -27,6 +27,17 @@ pub struct StepReport {
     pub repaired: DVec3,
 }
 
+impl StepReport {
+    /// What two parts of a step did.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            evaluations: self.evaluations + other.evaluations,
+            limited: self.limited.and(other.limited),
+            repaired: self.repaired + other.repaired,
+        }
+    }
+}
+
 /// What is seen of a state at a glance.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Glance {

@@ -307,6 +307,7 @@ impl Assembly {
         });
         let curved = CurvedSprings { links: Adjacency::new(count, both_ways), curves: self.curves };
         Ok(Model {
+            contact: ContactSettings::of(scene, &self.cloths, &springs),
             lattices: lattices.into(),
             hierarchies: hierarchies.into(),
             links: links.into(),
@@ -326,7 +327,6 @@ impl Assembly {
             springs: springs.into(),
             pins: self.pins.into(),
             bodies: bodies.into(),
-            contact: ContactSettings::of(scene),
             solver: scene.solver.clone(),
             rates,
             warnings: self.warnings,

@@ -1,5 +1,6 @@
 //! What touches what, and how thick it is.
 
+use super::{ClothRange, Springs};
 use crate::scene::{Cloth, Scene};
 
 /// The contact of a model.
@@ -11,14 +12,8 @@ pub struct ContactSettings {
     pub among_cloths: bool,
     /// The sides of each cloth.
     pub cloths: Vec<Side>,
-}
-
-impl ContactSettings {
-    /// Those of a scene.
-    pub(super) fn of(scene: &Scene) -> Self {
-        let side = |cloth: &Cloth| Side { thickness: cloth.thickness(), friction: cloth.friction() };
-        Self { is_on: scene.has_contact(), among_cloths: scene.self_contact(), cloths: scene.cloth.iter().map(side).collect() }
-    }
+    /// The mean length of the springs of the cloth with the shortest ones [m]: how far bodies go in a part of a step.
+    pub cell: f64,
 }
 
 /// What a cloth is to what touches it.
@@ -28,4 +23,22 @@ pub struct Side {
     pub thickness: f64,
     /// Coulomb's coefficient [1].
     pub friction: f64,
+}
+
+impl ContactSettings {
+    /// Those of a scene.
+    pub(super) fn of(scene: &Scene, cloths: &[ClothRange], springs: &Springs) -> Self {
+        let side = |cloth: &Cloth| Side { thickness: cloth.thickness(), friction: cloth.friction() };
+        let mean = |cloth: &ClothRange| {
+            let lengths = &springs.rest[cloth.springs.clone()];
+            let sum: f64 = lengths.iter().map(|&length| f64::from(length)).sum();
+            if lengths.is_empty() { f64::INFINITY } else { sum / lengths.len() as f64 }
+        };
+        Self {
+            is_on: scene.has_contact(),
+            among_cloths: scene.self_contact(),
+            cloths: scene.cloth.iter().map(side).collect(),
+            cell: cloths.iter().map(mean).fold(f64::INFINITY, f64::min),
+        }
+    }
 }

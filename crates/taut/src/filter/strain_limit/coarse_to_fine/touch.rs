@@ -24,6 +24,8 @@ const AT_LEAST: usize = 3;
 const SWEEPS: usize = 2;
 /// Coarse levels learn so often how much room rows have, in rounds.
 const RENEWED: usize = 3;
+/// A body that was held back goes at most so much faster than its path [1], or a cell of the cloth in a step.
+const CATCHES_UP: f64 = 1.25;
 /// So often rows are made of what would cross.
 const REPAIRS: usize = 2;
 /// So often a step is shortened where it would cross something; from some round on by half as much again, and then everything stays.
@@ -41,6 +43,8 @@ pub(super) struct Touch {
     proposed: Vectors,
     velocities: Vectors,
     bodies: Vec<DVec3>,
+    /// Where the paths of bodies are at the start.
+    path: Vec<DVec3>,
     obstacles: Vec<Obstacle>,
     descents: Vec<Descent>,
 }
@@ -56,6 +60,7 @@ impl Touch {
             proposed: Vectors::default(),
             velocities: Vectors::default(),
             bodies: vec![DVec3::ZERO; model.bodies.rest.len()],
+            path: vec![DVec3::ZERO; model.bodies.rest.len()],
             obstacles: Vec::new(),
             descents: Vec::new(),
         })
@@ -71,8 +76,7 @@ impl Touch {
         pool: &Pool,
     ) -> Limited {
         let model = stride.model;
-        let end = state.clock.next(stride.plan.length).time();
-        stride.inputs.bodies.places(&model.bodies, end, &mut self.bodies);
+        self.move_bodies(stride, state);
         self.units.clear();
         self.units.extend((0..model.cloths.len()).map(|cloth| units.iter().position(|unit| unit.index() == cloth)));
         self.proposed.clone_from(ends);
@@ -86,10 +90,9 @@ impl Touch {
                 return limited;
             }
             let mut descent = unit.begin(proposed, state, ends, pool);
-            if proposed.worst > 1.0 {
+            descent.is_needed = proposed.worst > 1.0;
+            if descent.is_needed {
                 unit.descend(model, &mut descent, pool);
-            } else {
-                descent.is_done = true;
             }
             self.descents.push(descent);
         }
@@ -143,6 +146,23 @@ impl Touch {
         limited
     }
 
+    /// Says where bodies go. One that has been held back comes after its path, little faster than that moves.
+    fn move_bodies(&mut self, stride: Stride<'_>, state: &State) {
+        let Stride { model, inputs, plan } = stride;
+        let Self { bodies, path, .. } = self;
+        inputs.bodies.places(&model.bodies, state.clock.time(), path);
+        inputs.bodies.places(&model.bodies, state.clock.next(plan.length).time(), bodies);
+        for body in &model.bodies.list {
+            let own = body.vertices.clone();
+            let furthest = |from: &[DVec3], to: &[DVec3]| own.clone().map(|at| from[at].distance(to[at])).fold(0.0, f64::max);
+            let (way, asked) = (furthest(&state.bodies, bodies), furthest(path, bodies));
+            let most = (CATCHES_UP * asked).max(model.contact.cell);
+            if way > most {
+                own.for_each(|at| bodies[at] = state.bodies[at].lerp(bodies[at], most / way));
+            }
+        }
+    }
+
     /// Cycles and sweeps in turn.
     fn solve(&mut self, units: &mut [Unit], model: &Model, rounds: usize, pool: &Pool) {
         let Self { contact, units: of_cloth, cloths, obstacles, descents, .. } = self;
@@ -151,31 +171,31 @@ impl Touch {
             let cloth = cloths[particle] as usize;
             of_cloth[cloth].map(|unit| (unit, particle - model.cloths[cloth].first))
         };
-        for round in 0..rounds {
-            if !rows.is_empty() {
-                rows.gather(|particle| locate(particle).map_or(Vec3::ZERO, |(unit, own)| units[unit].levels().displacement(own)));
-                if round >= AT_LEAST && descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
-                    return;
-                }
-                (0..SWEEPS).for_each(|_| rows.sweep());
-                rows.scatter(|particle, way| {
-                    if let Some((unit, own)) = locate(particle) {
-                        units[unit].levels_mut().shift(own, way);
-                    }
-                });
-                if round % RENEWED == 0 {
-                    for unit in units.iter_mut() {
-                        rows.obstacles(unit.cloth(), obstacles);
-                        unit.levels_mut().obstruct(obstacles);
-                    }
-                }
-            } else if descents.iter().all(|descent| descent.is_done) {
-                return;
-            }
-            for (unit, descent) in units.iter_mut().zip(descents.iter_mut()) {
-                if !descent.is_done || !rows.is_empty() {
+        if rows.is_empty() {
+            for (unit, descent) in units.iter_mut().zip(descents.iter_mut()).filter(|(_, descent)| descent.is_needed) {
+                while !descent.is_over {
                     unit.descend(model, descent, pool);
                 }
+            }
+            return;
+        }
+        for round in 0..rounds {
+            rows.gather(|particle| locate(particle).map_or(Vec3::ZERO, |(unit, own)| units[unit].levels().displacement(own)));
+            if round >= AT_LEAST && descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
+                return;
+            }
+            (0..SWEEPS).for_each(|_| rows.sweep());
+            rows.scatter(|particle, way| {
+                if let Some((unit, own)) = locate(particle) {
+                    units[unit].levels_mut().shift(own, way);
+                }
+            });
+            for (unit, descent) in units.iter_mut().zip(descents.iter_mut()) {
+                if round % RENEWED == 0 {
+                    rows.obstacles(unit.cloth(), obstacles);
+                    unit.levels_mut().obstruct(obstacles);
+                }
+                unit.descend(model, descent, pool);
             }
         }
     }
@@ -201,7 +221,12 @@ impl Touch {
         let step = stride.plan.length as f32;
         let mut limited = Limited::default();
         let mut rates = Vec::with_capacity(units.len());
+        let is_needed = |descent: &Descent| touches || descent.is_needed;
         for (unit, descent) in units.iter_mut().zip(&self.descents) {
+            if !is_needed(descent) {
+                rates.push(0.0);
+                continue;
+            }
             let lost = unit.settle(stride, state, ends, descent, touches, pool);
             rates.push(unit.tell_velocities(stride, state, ends, corrections, descent, pool));
             limited.lost_motion = limited.lost_motion.max(lost);
@@ -216,7 +241,7 @@ impl Touch {
                 state.velocities.set(particle, state.velocities.get(particle) + further);
             }
         }
-        for (unit, descent) in units.iter_mut().zip(&self.descents) {
+        for (unit, descent) in units.iter_mut().zip(&self.descents).filter(|(_, descent)| is_needed(descent)) {
             let frame = if touches { None } else { descent.frame };
             let verdict = unit.certify(stride, state, ends, frame, pool);
             limited.cuts += u32::from(verdict.cut);

@@ -54,7 +54,9 @@ pub(super) struct Descent {
     before: f32,
     /// All springs are short enough; and nothing is left to do, or nothing helps.
     pub is_done: bool,
-    is_over: bool,
+    pub is_over: bool,
+    /// Springs of the proposal are over their limit.
+    pub is_needed: bool,
 }
 
 impl Unit {
@@ -143,6 +145,7 @@ impl Unit {
             before: f32::INFINITY,
             is_done: false,
             is_over: false,
+            is_needed: true,
         }
     }
 

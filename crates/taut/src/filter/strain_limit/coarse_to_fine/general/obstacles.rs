@@ -9,10 +9,13 @@ use glam::Vec4;
 use super::level::Level;
 use crate::contact::Obstacle;
 
-/// Particles of a level that a row may have; those of rows with more resist nothing there.
+/// Particles of a level that a row may have; those of rows with more resist nothing there, nor on coarser levels.
 const MOST: usize = 16;
 /// Sums of squared parts below this are what is left of sides that move alike.
 const ALIKE: f32 = 0.02;
+
+/// Particles of a level with their parts of a row.
+type Nodes = ([(u32, f32); MOST], usize);
 
 /// A row on one level.
 #[derive(Debug, Clone, Copy)]
@@ -26,48 +29,61 @@ struct Blocked {
     give: f32,
 }
 
+/// The rows of a coarse level: as they came, and those that count, in the order of their keys.
+#[derive(Debug, Default)]
+struct Rows {
+    list: Vec<Blocked>,
+    kept: Vec<u32>,
+}
+
 /// The rows of all coarse levels, from the second finest on.
 #[derive(Debug, Default)]
 pub(super) struct Obstacles {
-    levels: Vec<Vec<Blocked>>,
+    levels: Vec<Rows>,
 }
 
 impl Obstacles {
     pub fn new(levels: usize) -> Self {
-        Self { levels: vec![Vec::new(); levels - 1] }
+        Self { levels: (1..levels).map(|_| Rows::default()).collect() }
     }
 
     pub fn clear(&mut self) {
-        self.levels.iter_mut().for_each(Vec::clear);
+        for Rows { list, kept } in &mut self.levels {
+            list.clear();
+            kept.clear();
+        }
     }
 
     /// Takes rows; `places` are those of the cloth's particles on the finest level.
     pub fn set(&mut self, rows: &[Obstacle], levels: &[Level], places: &[u32]) {
         self.clear();
-        for row in rows {
-            let (mut nodes, mut count) = ([(0, 0.0); MOST], 0);
-            for &(particle, part) in row.nodes.iter().filter(|node| node.1 != 0.0) {
-                nodes[count] = (places[particle as usize], part);
-                count += 1;
+        for index in 0..self.levels.len() {
+            let (finer, here) = self.levels.split_at_mut(index);
+            let here = &mut here[0];
+            let mut take = |nodes: Option<Nodes>, normal: Vec4, room: f32| {
+                here.list.extend(nodes.and_then(|nodes| Blocked::new(nodes, normal, room, &levels[index + 1])));
+            };
+            // What counts on a level goes on to the next one.
+            match finer.last() {
+                None => rows.iter().for_each(|row| {
+                    let nodes = row.nodes.iter().filter(|node| node.1 != 0.0);
+                    let nodes = nodes.map(|&(particle, part)| (places[particle as usize], part));
+                    take(raise(nodes, &levels[index]), row.normal.extend(0.0), row.room);
+                }),
+                Some(finer) => finer.kept.iter().for_each(|&row| {
+                    let row = &finer.list[row as usize];
+                    take(raise(row.nodes[..row.count].iter().copied(), &levels[index]), row.normal, row.room);
+                }),
             }
-            for (index, blocked) in self.levels.iter_mut().enumerate() {
-                let Some(above) = raise(&nodes[..count], &levels[index]) else { break };
-                (nodes, count) = above;
-                if let Some(row) = Blocked::new(nodes, count, row, &levels[index + 1]) {
-                    blocked.push(row);
-                }
-            }
-        }
-        for blocked in &mut self.levels {
-            blocked.sort_by(|a, b| a.key.cmp(&b.key).then(a.room.total_cmp(&b.room)));
-            blocked.dedup_by_key(|row| row.key);
+            here.keep_nearest();
         }
     }
 
     /// Takes back what a coarse level has used beyond the room of its rows.
     pub fn resist(&self, index: usize, level: &mut Level) {
         let Level { d, before, .. } = level;
-        for row in &self.levels[index - 1] {
+        let Rows { list, kept } = &self.levels[index - 1];
+        for row in kept.iter().map(|&row| &list[row as usize]) {
             let nodes = &row.nodes[..row.count];
             let gained: f32 =
                 nodes.iter().map(|&(node, part)| (d[node as usize] - before[node as usize]).dot(row.normal) * part).sum();
@@ -82,10 +98,21 @@ impl Obstacles {
     }
 }
 
+impl Rows {
+    /// Of rows with the same key the one with the least room; the first of equal ones.
+    fn keep_nearest(&mut self) {
+        let Self { list, kept } = self;
+        kept.extend(0..list.len() as u32);
+        let row = |row: u32| &list[row as usize];
+        kept.sort_unstable_by(|&a, &b| row(a).key.cmp(&row(b).key).then(row(a).room.total_cmp(&row(b).room)).then(a.cmp(&b)));
+        kept.dedup_by_key(|at| row(*at).key);
+    }
+}
+
 /// The particles that those of a level follow, with their parts of a row; none if there are too many.
-fn raise(nodes: &[(u32, f32)], level: &Level) -> Option<([(u32, f32); MOST], usize)> {
+fn raise(nodes: impl Iterator<Item = (u32, f32)>, level: &Level) -> Option<Nodes> {
     let (mut above, mut count) = ([(0, 0.0); MOST], 0_usize);
-    for &(node, part) in nodes {
+    for (node, part) in nodes {
         for (parent, share) in level.parents[node as usize].iter() {
             match above[..count].iter_mut().find(|other| other.0 == parent) {
                 Some(other) => other.1 += part * share,
@@ -101,7 +128,7 @@ fn raise(nodes: &[(u32, f32)], level: &Level) -> Option<([(u32, f32); MOST], usi
 }
 
 impl Blocked {
-    fn new(nodes: [(u32, f32); MOST], count: usize, row: &Obstacle, level: &Level) -> Option<Self> {
+    fn new((nodes, count): Nodes, normal: Vec4, room: f32, level: &Level) -> Option<Self> {
         let own = &nodes[..count];
         let squares: f32 = own.iter().map(|node| node.1 * node.1).sum();
         let weight: f32 = own.iter().map(|&(node, part)| part * part * level.d[node as usize].w).sum();
@@ -113,6 +140,6 @@ impl Blocked {
             with.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0))).map_or(u32::MAX, |node| node.0)
         };
         let key = [largest(1.0), largest(-1.0)];
-        Some(Self { key, nodes, count, normal: row.normal.extend(0.0), room: row.room, give: 1.0 / weight })
+        Some(Self { key, nodes, count, normal, room, give: 1.0 / weight })
     }
 }
