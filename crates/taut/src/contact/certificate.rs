@@ -3,6 +3,8 @@
 //! A pair of features must keep the floor, or most of its distance where that is less. What does not cross features that share no
 //! vertex does not cross at all: the first place where two triangles come to intersect is such a pair.
 
+use glam::DVec3;
+
 use super::crossing::Motion;
 use super::detect::Pair;
 use super::proximity::{Closest, Kind};
@@ -18,6 +20,8 @@ pub(crate) struct Cut {
     /// Its distance at the start, and the one that it has to keep [m].
     pub distance: f64,
     pub floor: f64,
+    /// Of the plane that a particle would pass, if it is one.
+    pub plane: Option<DVec3>,
 }
 
 /// The pairs of a step that would cross.
@@ -50,7 +54,7 @@ impl Cuts {
             let radius = surfaces.radius(owners);
             let most = FLOOR * surfaces.thickness(owners);
             // A first guess, which does for most of them: the way between their middles.
-            let middle = |range: std::ops::Range<usize>| x[range.clone()].iter().sum::<glam::DVec3>() / range.len() as f64;
+            let middle = |range: std::ops::Range<usize>| x[range.clone()].iter().sum::<DVec3>() / range.len() as f64;
             let axis = (middle(0..split) - middle(split..4)).normalize_or_zero();
             if motion.is_apart_along(axis, most + radius) {
                 continue;
@@ -58,13 +62,13 @@ impl Cuts {
             let closest = Closest::new(pair.kind, &x);
             let distance = closest.way.length() - radius;
             self.closest = self.closest.min(distance);
-            if !(distance > 0.0) {
+            if distance <= 0.0 || distance.is_nan() {
                 continue;
             }
             let floor = most.min(KEPT * distance);
             let allowed = motion.allowed(&closest, floor + radius);
             if allowed < 1.0 {
-                self.list.push(Cut { pair, allowed, distance, floor });
+                self.list.push(Cut { pair, allowed, distance, floor, plane: None });
             }
         }
         for plane in &surfaces.planes {
@@ -72,15 +76,16 @@ impl Cuts {
             for particle in 0..surfaces.particles {
                 let distance = plane.normal.dot(places.x[particle] - from);
                 let end = plane.normal.dot(places.ends[particle] - to);
-                if !(distance > 0.0) {
+                if distance <= 0.0 || distance.is_nan() {
                     continue;
                 }
                 self.closest = self.closest.min(distance);
                 let floor = (FLOOR * surfaces.thickness([surfaces.owners[particle], plane.owner])).min(KEPT * distance);
-                if !(end >= floor) {
+                if end < floor {
                     let corners = [particle as u32, plane.vertex, plane.vertex, plane.vertex];
                     let pair = Pair { kind: Kind::PointTriangle, corners };
-                    self.list.push(Cut { pair, allowed: (distance - floor) / (distance - end), distance, floor });
+                    let allowed = (distance - floor) / (distance - end);
+                    self.list.push(Cut { pair, allowed, distance, floor, plane: Some(plane.normal) });
                 }
             }
         }

@@ -13,7 +13,7 @@ const LEAST: f64 = 0.1;
 /// So much of what the distance allows is taken at once [1].
 const PART: f64 = 0.9;
 /// Features that slide along each other just above the floor are given up after so many advances.
-const ADVANCES: usize = 100;
+const ADVANCES: usize = 2000;
 
 /// Four corners and how far each goes.
 #[derive(Debug, Clone, Copy)]
@@ -66,11 +66,11 @@ impl Motion {
         let enough = LEAST * left;
         for _ in 0..ADVANCES {
             // Not a number, or nothing to lose: no way at all.
-            if !(left > 0.0) {
+            if left <= 0.0 || left.is_nan() {
                 return time;
             }
             let further = PART * left / fastest;
-            if !(time + further < 1.0) {
+            if time + further >= 1.0 {
                 return 1.0;
             }
             let then = time + further;

@@ -12,13 +12,13 @@ const ROUNDING: f32 = 2.0 * f32::EPSILON;
 
 /// Two features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Pair {
+pub(crate) struct Pair {
     pub kind: Kind,
     pub corners: [u32; 4],
 }
 
 /// Pairs, with the workspace to find them.
-pub(super) struct Detection {
+pub(crate) struct Detection {
     pub pairs: Vec<Pair>,
     bounds: Vec<Bounds>,
     stack: Vec<[u32; 2]>,

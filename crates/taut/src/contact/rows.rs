@@ -11,12 +11,12 @@ use super::certificate::Cuts;
 use super::detect::Pair;
 use super::proximity::{Closest, Kind};
 use super::surfaces::{Owner, Surfaces};
-use super::{FLOOR, MARGIN, MARGIN_OF_EDGES, Places, RECOVERY};
+use super::{FLOOR, KEPT, MARGIN, MARGIN_OF_EDGES, Places, RECOVERY};
 use crate::model::{ClothRange, Model};
 
 /// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
 const NEARER: f64 = 0.25;
-/// Rows that lack no more than this part of what lies between thickness and floor are as good as kept [1].
+/// Rows that lack no more than this part of what lies between their target and the floor are as good as kept [1].
 const GOOD: f64 = 0.25;
 const NONE: u32 = u32::MAX;
 
@@ -49,6 +49,13 @@ pub(crate) struct Obstacle {
     pub normal: Vec3,
     /// How much nearer its nodes may come [m].
     pub room: f32,
+}
+
+/// What a row asks for: so much distance along its normal, of which there is some at X [m].
+struct Demand {
+    normal: DVec3,
+    distance: f64,
+    target: f64,
 }
 
 /// The rows of a step.
@@ -109,7 +116,7 @@ impl Rows {
             let x = corners.map(|corner| places.x[corner as usize]);
             let closest = Closest::new(kind, &x);
             let length = closest.way.length();
-            if !(length > 0.0) || kind == Kind::EdgeEdge && closest.parts.contains(&0.0) {
+            if length <= 0.0 || kind == Kind::EdgeEdge && closest.parts.contains(&0.0) {
                 continue;
             }
             let normal = closest.way / length;
@@ -125,7 +132,7 @@ impl Rows {
             }
             if is_nearest(surfaces, places, corners, &closest, split, normal) {
                 let target = target(thickness, distance);
-                self.add(surfaces, corners, &closest.parts, split, normal, distance - target, owners);
+                self.add(surfaces, (corners, closest.parts, split), Demand { normal, distance, target }, owners);
             }
         }
     }
@@ -142,7 +149,8 @@ impl Rows {
                 if distance <= margin || plane.normal.dot(places.ends[particle] - to) <= margin {
                     let corners = [particle as u32, plane.vertex, plane.vertex, plane.vertex];
                     let target = target(thickness, distance);
-                    self.add(surfaces, corners, &[1.0, -1.0, 0.0, 0.0], 1, plane.normal, distance - target, owners);
+                    let demand = Demand { normal: plane.normal, distance, target };
+                    self.add(surfaces, (corners, [1.0, -1.0, 0.0, 0.0], 1), demand, owners);
                 }
             }
         }
@@ -153,18 +161,19 @@ impl Rows {
         for cut in &cuts.list {
             let corners = cut.pair.corners;
             let split = cut.pair.kind.split();
-            let then = [0, 1, 2, 3].map(|end| {
-                let corner = corners[end] as usize;
-                places.x[corner].lerp(places.ends[corner], cut.allowed)
-            });
-            let closest = Closest::new(cut.pair.kind, &then);
-            let length = closest.way.length();
-            if !(length > 0.0) {
-                continue;
-            }
-            let normal = closest.way / length;
+            let (normal, parts) = match cut.plane {
+                Some(normal) => (normal, [1.0, -1.0, 0.0, 0.0]),
+                None => {
+                    let then = corners.map(|corner| {
+                        let corner = corner as usize;
+                        places.x[corner].lerp(places.ends[corner], cut.allowed)
+                    });
+                    let closest = Closest::new(cut.pair.kind, &then);
+                    (closest.way.normalize_or_zero(), closest.parts)
+                }
+            };
             let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner as usize]);
-            let start: DVec3 = (0..4).map(|end| places.x[corners[end] as usize] * closest.parts[end]).sum();
+            let start: DVec3 = (0..4).map(|end| places.x[corners[end] as usize] * parts[end]).sum();
             let distance = normal.dot(start) - surfaces.radius(owners);
             let thickness = surfaces.thickness(owners);
             let target = if is_near(surfaces, corners, split) && owners[0] == owners[1] {
@@ -173,19 +182,16 @@ impl Rows {
             } else {
                 target(thickness, cut.distance)
             };
-            self.add(surfaces, corners, &closest.parts, split, normal, distance - target, owners);
+            self.add(surfaces, (corners, parts, split), Demand { normal, distance, target }, owners);
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
+    /// Adds the row of corners with these parts, of which the first `split` are those of the first feature.
     fn add(
         &mut self,
         surfaces: &Surfaces,
-        corners: [u32; 4],
-        parts: &[f64; 4],
-        split: usize,
-        normal: DVec3,
-        gap: f64,
+        (corners, parts, split): ([u32; 4], [f64; 4], usize),
+        Demand { normal, distance, target }: Demand,
         owners: [Owner; 2],
     ) {
         let thickness = surfaces.thickness(owners);
@@ -209,8 +215,8 @@ impl Rows {
             ends,
             parts: singles,
             normal: normal.as_vec3(),
-            gap: gap as f32,
-            slack: (GOOD * (1.0 - FLOOR) * thickness) as f32,
+            gap: (distance - target) as f32,
+            slack: (GOOD * (target - (FLOOR * thickness).min(KEPT * distance.max(0.0)))) as f32,
             give: if weight > 0.0 { 1.0 / weight } else { 0.0 },
             friction: surfaces.friction(owners) as f32,
             push: 0.0,
@@ -313,10 +319,10 @@ impl Rows {
         for row in &self.list {
             let mut nodes = [(0, 0.0); 4];
             let mut any = false;
-            for end in 0..4 {
-                let vertex = self.vertices[row.ends[end] as usize] as usize;
-                if row.parts[end] != 0.0 && own.contains(&vertex) {
-                    nodes[end] = ((vertex - own.start) as u32, row.parts[end]);
+            for (node, (&end, &part)) in nodes.iter_mut().zip(row.ends.iter().zip(&row.parts)) {
+                let vertex = self.vertices[end as usize] as usize;
+                if part != 0.0 && own.contains(&vertex) {
+                    *node = ((vertex - own.start) as u32, part);
                     any = true;
                 }
             }

@@ -9,11 +9,11 @@ use super::{FLOOR, MARGIN};
 use crate::model::{Adjacency, BodyShape, Model};
 
 /// Whose a vertex is: a cloth, or a body after all cloths.
-pub(super) type Owner = u32;
+pub(crate) type Owner = u32;
 
 /// A vertex or an edge with a large radius: a sphere or a capsule.
 #[derive(Debug, Clone)]
-pub(super) struct Thick {
+pub(crate) struct Thick {
     pub owner: Owner,
     /// One vertex or two.
     pub vertices: Range<u32>,
@@ -21,7 +21,7 @@ pub(super) struct Thick {
 
 /// The half-space in front of a plane.
 #[derive(Debug, Clone)]
-pub(super) struct HalfSpace {
+pub(crate) struct HalfSpace {
     pub owner: Owner,
     /// The vertex that is a point of it, and its normal.
     pub vertex: u32,
@@ -30,7 +30,7 @@ pub(super) struct HalfSpace {
 
 /// What a cloth or a body is to others.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Skin {
+pub(crate) struct Skin {
     /// Half of the thickness of a cloth, all of that of a body [m].
     pub thickness: f64,
     /// Radius inside of the skin [m]: zero but for thick vertices and edges.
@@ -40,7 +40,7 @@ pub(super) struct Skin {
 }
 
 /// Everything that can touch.
-pub(super) struct Surfaces {
+pub(crate) struct Surfaces {
     /// The triangles of each cloth, and of each body that has any, with their owner.
     pub cloths: Vec<(Owner, Tree)>,
     pub bodies: Vec<(Owner, Tree)>,
@@ -180,6 +180,6 @@ fn sorted(owners: usize, mut pairs: Vec<(u32, u32)>) -> Adjacency<u32> {
 }
 
 /// Places in single precision, for boxes.
-pub(super) fn single(place: DVec3) -> Vec3 {
+pub(crate) fn single(place: DVec3) -> Vec3 {
     place.as_vec3()
 }

@@ -7,7 +7,7 @@ const LEAF: usize = 8;
 
 /// A box.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
+pub(crate) struct Bounds {
     pub low: Vec3,
     pub high: Vec3,
 }
@@ -36,7 +36,7 @@ struct Node {
 
 /// The features of a leaf: its triangles, and the edges and vertices that no leaf before it has.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Leaf {
+pub(crate) struct Leaf {
     pub triangles: [u32; 2],
     pub edges: [u32; 2],
     pub vertices: [u32; 2],
@@ -44,7 +44,7 @@ pub(super) struct Leaf {
 
 /// The triangles, edges and vertices of a surface in the order of the leaves, and the tree over them.
 #[derive(Debug, Clone)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     pub triangles: Vec<[u32; 3]>,
     pub edges: Vec<[u32; 2]>,
     pub vertices: Vec<u32>,

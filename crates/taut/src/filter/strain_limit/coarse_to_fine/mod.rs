@@ -133,6 +133,8 @@ trait Levels: Send {
     /// One pass over all levels, from the coarsest to the finest. Returns what is left then, or nothing where that is not worth
     /// measuring.
     fn cycle(&mut self, cycle: Cycle, pool: &Pool) -> Option<Measure>;
+    /// Sweeps the finest level alone. Returns what is left then.
+    fn smooth(&mut self, enough: f32, pool: &Pool) -> Measure;
     /// How far below R springs of the finest level are aimed, as a part of R.
     fn back_off(&self) -> f32;
     /// Calls `visit` with the ends of each spring of the finest level that is longer than `enough` of R, as far as the last measure
@@ -163,8 +165,10 @@ pub(super) struct CoarseToFine {
 
 impl CoarseToFine {
     pub(super) fn new(model: &Model, plan: &Plan) -> Self {
-        let units = model.cloths.iter().enumerate().filter_map(|(index, cloth)| Unit::new(model, index, cloth, plan)).collect();
-        Self { units, corrections: Vectors::zeros(model.particle_count()), touch: Touch::new(model) }
+        let units: Vec<Unit> =
+            model.cloths.iter().enumerate().filter_map(|(index, cloth)| Unit::new(model, index, cloth, plan)).collect();
+        let touch = Touch::new(model, &units);
+        Self { units, corrections: Vectors::zeros(model.particle_count()), touch }
     }
 }
 

@@ -8,13 +8,14 @@
 use glam::{DVec3, Vec3};
 
 use super::unit::{Descent, Unit};
-use crate::contact::{Contact, Obstacle};
+use crate::contact::{Contact, Obstacle, Rows};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::{State, measure};
 
+const NONE: u32 = u32::MAX;
 /// Cycles and sweeps in turn, at most; with rows that came late, so many more.
 const ROUNDS: usize = 30;
 const ROUNDS_OF_REPAIR: usize = 6;
@@ -35,10 +36,7 @@ const HALVED: usize = 6;
 /// Contact, and what a step is gone through with.
 pub(super) struct Touch {
     contact: Contact,
-    /// The unit of each cloth, if it has one.
-    units: Vec<Option<usize>>,
-    /// The cloth of each particle.
-    cloths: Vec<u32>,
+    where_is: WhereIs,
     /// The proposed ends and velocities, and where bodies end.
     proposed: Vectors,
     velocities: Vectors,
@@ -49,14 +47,19 @@ pub(super) struct Touch {
     descents: Vec<Descent>,
 }
 
+/// The unit of each particle, and the particle's number in its cloth.
+struct WhereIs(Vec<(u32, u32)>);
+
 impl Touch {
-    pub fn new(model: &Model) -> Option<Self> {
+    pub fn new(model: &Model, units: &[Unit]) -> Option<Self> {
         let contact = Contact::new(model)?;
-        let cloths = (0..model.cloths.len() as u32).flat_map(|cloth| vec![cloth; model.cloths[cloth as usize].count]);
+        let mut where_is = vec![(NONE, 0); model.particle_count()];
+        for (index, unit) in (0..).zip(units) {
+            (0..).zip(&mut where_is[unit.cloth().particles()]).for_each(|(own, place)| *place = (index, own));
+        }
         Some(Self {
             contact,
-            units: Vec::new(),
-            cloths: cloths.collect(),
+            where_is: WhereIs(where_is),
             proposed: Vectors::default(),
             velocities: Vectors::default(),
             bodies: vec![DVec3::ZERO; model.bodies.rest.len()],
@@ -77,8 +80,6 @@ impl Touch {
     ) -> Limited {
         let model = stride.model;
         self.move_bodies(stride, state);
-        self.units.clear();
-        self.units.extend((0..model.cloths.len()).map(|cloth| units.iter().position(|unit| unit.index() == cloth)));
         self.proposed.clone_from(ends);
         self.velocities.clone_from(&state.velocities);
         self.descents.clear();
@@ -99,9 +100,9 @@ impl Touch {
         // 1
         self.contact.start(model, &state.origins, &state.positions, &state.bodies);
         for particle in 0..ends.len() {
-            let at = state.positions.get(particle)
-                + self.displacement(units, particle).unwrap_or(ends.get(particle) - state.positions.get(particle));
-            ends.set(particle, at);
+            if let Some((unit, own)) = self.where_is.of(particle) {
+                ends.set(particle, state.positions.get(particle) + units[unit].levels().displacement(own));
+            }
         }
         self.contact.end(model, &state.origins, ends, &self.bodies);
         self.contact.find_rows();
@@ -163,16 +164,12 @@ impl Touch {
         }
     }
 
-    /// Cycles and sweeps in turn.
+    /// Sweeps over rows and springs in turn, until springs are short enough and rows are kept.
     fn solve(&mut self, units: &mut [Unit], model: &Model, rounds: usize, pool: &Pool) {
-        let Self { contact, units: of_cloth, cloths, obstacles, descents, .. } = self;
+        let Self { contact, where_is, obstacles, descents, .. } = self;
         let rows = &mut contact.rows;
-        let locate = |particle: usize| {
-            let cloth = cloths[particle] as usize;
-            of_cloth[cloth].map(|unit| (unit, particle - model.cloths[cloth].first))
-        };
         if rows.is_empty() {
-            for (unit, descent) in units.iter_mut().zip(descents.iter_mut()).filter(|(_, descent)| descent.is_needed) {
+            for (unit, descent) in units.iter_mut().zip(descents).filter(|(_, descent)| descent.is_needed) {
                 while !descent.is_over {
                     unit.descend(model, descent, pool);
                 }
@@ -180,16 +177,17 @@ impl Touch {
             return;
         }
         for round in 0..rounds {
-            rows.gather(|particle| locate(particle).map_or(Vec3::ZERO, |(unit, own)| units[unit].levels().displacement(own)));
+            where_is.gather(rows, units);
             if round >= AT_LEAST && descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
                 return;
             }
-            (0..SWEEPS).for_each(|_| rows.sweep());
-            rows.scatter(|particle, way| {
-                if let Some((unit, own)) = locate(particle) {
-                    units[unit].levels_mut().shift(own, way);
-                }
-            });
+            // Single springs and rows agree among themselves before coarse levels join in.
+            where_is.sweep(rows, units);
+            for (unit, descent) in units.iter_mut().zip(descents.iter_mut()) {
+                unit.smooth(descent, pool);
+            }
+            where_is.gather(rows, units);
+            where_is.sweep(rows, units);
             for (unit, descent) in units.iter_mut().zip(descents.iter_mut()) {
                 if round % RENEWED == 0 {
                     rows.obstacles(unit.cloth(), obstacles);
@@ -198,13 +196,6 @@ impl Touch {
                 unit.descend(model, descent, pool);
             }
         }
-    }
-
-    /// The displacement of a particle so far, if its cloth has levels.
-    fn displacement(&self, units: &[Unit], particle: usize) -> Option<Vec3> {
-        let cloth = self.cloths[particle] as usize;
-        let unit = &units[self.units[cloth]?];
-        Some(unit.levels().displacement(particle - unit.cloth().first))
     }
 
     /// Writes ends and velocities, each cloth within its limit.
@@ -236,7 +227,7 @@ impl Touch {
         pushed.sort_unstable();
         pushed.dedup();
         for particle in pushed {
-            if let Some(unit) = self.units[self.cloths[particle] as usize] {
+            if let Some((unit, _)) = self.where_is.of(particle) {
                 let further = corrections.get(particle) * (1.0 / step - rates[unit]);
                 state.velocities.set(particle, state.velocities.get(particle) + further);
             }
@@ -294,6 +285,29 @@ impl Touch {
         }
         self.bodies.clone_from(&state.bodies);
         1.0
+    }
+}
+
+impl WhereIs {
+    /// The unit of a particle, if it has one, and its number in the cloth.
+    fn of(&self, particle: usize) -> Option<(usize, usize)> {
+        let (unit, own) = self.0[particle];
+        (unit != NONE).then_some((unit as usize, own as usize))
+    }
+
+    /// Gives rows the displacements that the levels have.
+    fn gather(&self, rows: &mut Rows, units: &[Unit]) {
+        rows.gather(|particle| self.of(particle).map_or(Vec3::ZERO, |(unit, own)| units[unit].levels().displacement(own)));
+    }
+
+    /// Projects rows, and tells the levels.
+    fn sweep(&self, rows: &mut Rows, units: &mut [Unit]) {
+        (0..SWEEPS).for_each(|_| rows.sweep());
+        rows.scatter(|particle, way| {
+            if let Some((unit, own)) = self.of(particle) {
+                units[unit].levels_mut().shift(own, way);
+            }
+        });
     }
 }
 

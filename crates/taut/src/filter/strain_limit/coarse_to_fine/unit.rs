@@ -189,6 +189,13 @@ impl Unit {
         descent.is_over = descent.is_done || is_stuck;
     }
 
+    /// Sweeps the finest level alone.
+    pub fn smooth(&mut self, descent: &mut Descent, pool: &Pool) {
+        let left = self.levels.smooth(descent.enough, pool);
+        descent.worst = left.worst;
+        descent.is_done = left.worst <= descent.enough;
+    }
+
     /// Hands the corrected ends out, within the bound on kinetic energy. Returns the part of the motion that this bound took [1]. What
     /// `touches` something may get energy and momentum from it.
     pub fn settle(
@@ -234,14 +241,9 @@ impl Unit {
         0.0
     }
 
-    /// The cloth, and which of all it is.
+    /// The cloth.
     pub fn cloth(&self) -> &ClothRange {
         &self.cloth
-    }
-
-    /// See [`Self::cloth`].
-    pub fn index(&self) -> usize {
-        self.index
     }
 
     /// Its levels.

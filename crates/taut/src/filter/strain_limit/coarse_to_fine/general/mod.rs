@@ -211,6 +211,12 @@ impl Levels for GeneralLevels {
         Some(left)
     }
 
+    fn smooth(&mut self, enough: f32, pool: &Pool) -> Measure {
+        self.levels[0].moved.fill(false);
+        self.sweep_finest(true, pool);
+        self.measure(enough, pool)
+    }
+
     fn back_off(&self) -> f32 {
         self.deltas[0]
     }

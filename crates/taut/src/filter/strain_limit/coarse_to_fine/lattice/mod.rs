@@ -159,6 +159,10 @@ impl Levels for LatticeLevels {
         unreachable!("cloth that can touch has no lattice")
     }
 
+    fn smooth(&mut self, _: f32, _: &Pool) -> Measure {
+        unreachable!("cloth that can touch has no lattice")
+    }
+
     fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_last, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {
         // Only the finest level goes on: coarser ones begin where it is.
         let momentum = momentum(since_restart, is_calm);

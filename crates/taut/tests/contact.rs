@@ -1,0 +1,308 @@
+//! Cloth on bodies, on cloth and on itself: nothing crosses anything, the limit is kept, friction is Coulomb's. What is looked at is
+//! measured here, by other means than those of the engine.
+#![allow(missing_docs)]
+
+mod common;
+
+use common::{Simulation, mesh_scene};
+use glam::DVec3;
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use taut::model::MeshData;
+
+/// A sheet of so many cells along each side, crooked but for its border; `place` takes coordinates from 0 to 1.
+fn sheet(cells: u32, place: impl Fn(f64, f64) -> DVec3) -> MeshData {
+    let random = |seed: u32| (f64::from(seed) * 0.618_034).fract() - 0.5;
+    let mut mesh = MeshData::default();
+    for vertex in 0..(cells + 1) * (cells + 1) {
+        let (i, j) = (vertex % (cells + 1), vertex / (cells + 1));
+        let off = |at: u32, seed: u32| if at == 0 || at == cells { 0.0 } else { 0.5 * random(seed) };
+        let [u, v] = [(i, 7 * vertex), (j, 13 * vertex + 3)].map(|(at, seed)| (f64::from(at) + off(at, seed)) / f64::from(cells));
+        mesh.vertices.push(place(u, v).into());
+    }
+    for cell in 0..cells * cells {
+        let a = i64::from(cell / cells * (cells + 1) + cell % cells);
+        let [b, c, d] = [a + 1, a + i64::from(cells) + 2, a + i64::from(cells) + 1];
+        mesh.corners.extend(if random(5 * cell) < 0.0 { [a, b, c, a, c, d] } else { [a, b, d, b, c, d] });
+        mesh.counts.extend([3, 3]);
+    }
+    mesh
+}
+
+fn cloth() -> Value {
+    json!({ "density": 0.2, "strain_limit": 0.05, "thickness": 0.004, "friction": 0.3 })
+}
+
+fn simulation(rest: Value, cloth: Value, mesh: MeshData) -> Simulation {
+    Simulation::of(mesh_scene(rest, cloth, mesh))
+}
+
+fn floor() -> Value {
+    json!({ "plane": { "point": [0, 0, 0], "normal": [0, 0, 1] }, "friction": 0.3 })
+}
+
+/// Places in the world.
+fn places(run: &Simulation) -> Vec<DVec3> {
+    let origins = &run.state.origins;
+    let of = |particle: usize| run.state.positions.get(particle).as_dvec3() + origins[run.model.cloth_of(particle)];
+    (0..run.state.positions.len()).map(of).collect()
+}
+
+/// Whether a segment passes through a triangle (Moller & Trumbore 1997).
+fn pierces([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
+    let (way, e1, e2) = (q - p, b - a, c - a);
+    let h = way.cross(e2);
+    let det = e1.dot(h);
+    if det.abs() < 1e-18 {
+        return false;
+    }
+    let s = p - a;
+    let u = s.dot(h) / det;
+    let k = s.cross(e1);
+    let (v, t) = (way.dot(k) / det, e2.dot(k) / det);
+    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && (0.0..=1.0).contains(&t)
+}
+
+/// How many pairs of an edge and a triangle that share no vertex intersect.
+fn intersections(run: &Simulation) -> usize {
+    let (x, bodies) = (places(run), &run.model.bodies);
+    let count = x.len() as u32;
+    let x: Vec<DVec3> = x.into_iter().chain(run.state.bodies.iter().copied()).collect();
+    let of_bodies = bodies.triangles.iter().map(|corners| corners.map(|corner| corner + count));
+    let triangles: Vec<[u32; 3]> = run.model.triangles.iter().copied().chain(of_bodies).collect();
+    let at = |vertex: u32| x[vertex as usize];
+    let span = |list: &[u32]| {
+        let low = list.iter().map(|&vertex| at(vertex)).fold(DVec3::INFINITY, DVec3::min);
+        (low, list.iter().map(|&vertex| at(vertex)).fold(DVec3::NEG_INFINITY, DVec3::max))
+    };
+    let spans: Vec<_> = triangles.iter().map(|corners| span(corners)).collect();
+    let mut found = 0;
+    for &[a, b, c] in &triangles {
+        for edge in [[a, b], [b, c], [c, a]].into_iter().filter(|edge| edge[0] < edge[1]) {
+            let (low, high) = span(&edge);
+            for (corners, (from, to)) in triangles.iter().zip(&spans) {
+                let apart = low.cmpgt(*to).any() || high.cmplt(*from).any();
+                if !apart && !corners.iter().any(|corner| edge.contains(corner)) {
+                    found += usize::from(pierces(edge.map(at), corners.map(at)));
+                }
+            }
+        }
+    }
+    found
+}
+
+/// The distance from a point to a triangle.
+fn distance(p: DVec3, corners: [DVec3; 3]) -> f64 {
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a);
+    let inside = [(a, b), (b, c), (c, a)].iter().all(|(from, to)| (*to - *from).cross(p - *from).dot(normal) >= 0.0);
+    if inside {
+        return (p - a).dot(normal.normalize()).abs();
+    }
+    let to_edge = |(from, to): (DVec3, DVec3)| {
+        let part = ((p - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
+        p.distance(from.lerp(to, part))
+    };
+    [(a, b), (b, c), (c, a)].into_iter().map(to_edge).fold(f64::INFINITY, f64::min)
+}
+
+/// The least distance of all triangles from a point.
+fn nearest(run: &Simulation, point: DVec3) -> f64 {
+    let x = places(run);
+    let triangles = run.model.triangles.iter().map(|corners| corners.map(|corner| x[corner as usize]));
+    triangles.map(|corners| distance(point, corners)).fold(f64::INFINITY, f64::min)
+}
+
+/// Steps frame by frame; every step is measured by the engine, every sixth frame is looked at here.
+fn run(run: &mut Simulation, frames: u64, mut look: impl FnMut(&Simulation)) {
+    let steps = run.model.schedule.substeps.into();
+    let limit = run.model.cloths.iter().map(|cloth| cloth.strain_limit).fold(0.0, f64::max);
+    for frame in 1..=frames {
+        let report = run.steps(steps);
+        assert!(report.worst_stretch <= limit * (1.0 + 1e-5), "frame {frame}: stretched by {}", report.worst_stretch);
+        if frame % 6 == 0 {
+            assert_eq!(intersections(run), 0, "frame {frame}");
+            look(run);
+        }
+    }
+}
+
+#[test]
+fn a_sheet_drapes_over_a_ball() {
+    let (centre, radius) = (DVec3::new(0.03, 0.02, 0.4), 0.3);
+    let bodies = json!([floor(), { "sphere": { "center": centre.to_array(), "radius": radius }, "friction": 0.3 }]);
+    let mesh = sheet(20, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.75));
+    let mut sheet = simulation(json!({ "body": bodies }), cloth(), mesh);
+    run(&mut sheet, 90, |sheet| {
+        assert!(nearest(sheet, centre) > radius, "whole triangles stay outside");
+        assert!(places(sheet).iter().all(|place| place.z > 0.0));
+    });
+    let middle: DVec3 = places(&sheet).iter().sum::<DVec3>() / 441.0;
+    assert!((0.4..0.5).contains(&middle.z), "it lies on the ball: {middle}");
+    let off = nearest(&sheet, centre) - radius;
+    assert!(off > 0.0003 && off < 0.0035, "neither nearer than the floor nor hovering: {off}");
+}
+
+#[test]
+fn sheets_hang_on_boxes_and_capsules_as_grids_too() {
+    let shapes = [
+        json!({ "box": { "center": [0.02, 0.01, 0.3], "size": [0.4, 0.4, 0.4], "rotate": [0, 0, 17] } }),
+        json!({ "box": { "center": [0, 0, 0.3], "size": [0.4, 0.4, 0.4], "rotate": [45, 35.264, 0] } }),
+        json!({ "capsule": { "from": [-0.3, 0, 0.45], "to": [0.3, 0.05, 0.45], "radius": 0.1 } }),
+    ];
+    for shape in shapes {
+        let mut grid = cloth();
+        grid["grid"] = json!({ "size": [0.9, 0.9], "cells": [16, 16], "axes": ["x", "y"], "origin": [-0.45, -0.45, 0.7] });
+        let mut sheet = Simulation::new(&json!({ "body": [floor(), shape], "cloth": [grid] }));
+        run(&mut sheet, 60, |_| ());
+        let middle: DVec3 = places(&sheet).iter().sum::<DVec3>() / 289.0;
+        assert!(middle.z > 0.15, "it hangs on {shape}: {middle}");
+    }
+}
+
+#[test]
+fn a_sheet_falls_on_its_edge_and_heaps() {
+    let mesh = sheet(16, |u, v| DVec3::new(0.6 * u - 0.3, 0.012 * (6.0 * v).sin(), 0.03 + 0.6 * v));
+    let mut sheet = simulation(json!({ "body": [floor()] }), cloth(), mesh);
+    run(&mut sheet, 72, |_| ());
+    let highest = places(&sheet).iter().map(|place| place.z).fold(0.0, f64::max);
+    assert!(highest < 0.2, "it lies in a heap: {highest}");
+}
+
+#[test]
+fn layers_lie_as_high_as_they_are_thick() {
+    let mut layers = Vec::new();
+    for index in 0..4 {
+        let mut layer = cloth();
+        let height = 0.01 + 0.015 * f64::from(index);
+        layer["grid"] =
+            json!({ "size": [0.3, 0.3], "cells": [10, 10], "axes": ["x", "y"], "origin": [0.003 * f64::from(index), 0, height] });
+        layers.push(layer);
+    }
+    let mut stack = Simulation::new(&json!({ "body": [floor()], "cloth": layers }));
+    run(&mut stack, 60, |_| ());
+    for (index, cloth) in stack.model.cloths.iter().enumerate() {
+        let x = places(&stack);
+        let height = cloth.particles().map(|particle| x[particle].z).sum::<f64>() / cloth.count as f64;
+        // Half of the lowest one and the skin of the floor, and so many whole ones.
+        let exact = 0.003 + 0.004 * index as f64;
+        assert!((height - exact).abs() < 0.02 * 0.016, "layer {index} is at {height} instead of {exact}");
+    }
+}
+
+/// How far a small sheet slides down a slope within a second [m].
+fn slides(degrees: f64, friction: f64) -> f64 {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    let plane = json!({ "plane": { "point": [0, 0, 0], "normal": [sine, 0, cosine] }, "friction": friction });
+    let height = 0.003 + 1e-6;
+    let mesh = sheet(8, |u, v| {
+        let along = 0.2 * (u - 0.5);
+        DVec3::new(along * cosine + height * sine, 0.2 * (v - 0.5), height * cosine - along * sine)
+    });
+    let mut of_cloth = cloth();
+    of_cloth["friction"] = json!(friction);
+    of_cloth["air_drag"] = json!(0.0);
+    let mut sheet = simulation(json!({ "body": [plane] }), of_cloth, mesh);
+    let before: DVec3 = places(&sheet).iter().sum();
+    let steps = 60 * u64::from(sheet.model.schedule.substeps);
+    sheet.steps(steps);
+    let after: DVec3 = places(&sheet).iter().sum();
+    ((after - before) / 81.0).dot(DVec3::new(cosine, 0.0, -sine))
+}
+
+#[test]
+fn friction_is_that_of_coulomb() {
+    for friction in [0.2_f64, 0.5] {
+        let slope = friction.atan().to_degrees();
+        let stuck = slides(0.95 * slope, friction);
+        assert!(stuck.abs() < 1e-4, "slid by {stuck} at {friction}");
+        let steeper = 1.1 * slope;
+        let (sine, cosine) = steeper.to_radians().sin_cos();
+        let exact = 0.5 * 9.81 * (sine - friction * cosine);
+        let slid = slides(steeper, friction);
+        // A step holds at its end what gained speed during it: half a step of time.
+        assert!((slid / exact - 1.0).abs() < 0.04, "slid by {slid} instead of {exact} at {friction}");
+    }
+}
+
+#[test]
+fn a_fast_ball_does_not_pass_a_sheet() {
+    for speed in [5.0, 20.0] {
+        let thrown = json!({
+            "sphere": { "center": [0.3, -0.4, 0.3], "radius": 0.08 },
+            "move": [[0.1, [0, 0, 0]], [0.1 + 0.8 / speed, [0, 0.8, 0]]],
+        });
+        let mut held = cloth();
+        held["pins"] = json!([{ "box": [[-1, -1, 0.599], [1, 1, 0.7]] }]);
+        let mesh = sheet(14, |u, v| DVec3::new(0.6 * u, 0.0, 0.6 * v));
+        let mut sheet = simulation(json!({ "body": [thrown] }), held, mesh);
+        run(&mut sheet, 36, |sheet| {
+            let centre = sheet.state.bodies[0];
+            assert!(nearest(sheet, centre) > 0.08, "{speed} m/s: whole triangles stay outside");
+        });
+        assert!((sheet.state.bodies[0].y - 0.4).abs() < 1e-9, "{speed} m/s: it has arrived");
+        let lowest = places(&sheet).iter().map(|place| place.y).fold(f64::INFINITY, f64::min);
+        assert!(lowest > -0.3, "{speed} m/s: the sheet is not behind it");
+    }
+}
+
+#[test]
+fn what_touches_nothing_moves_as_without_contact() {
+    let (mut without, mut with) = {
+        let mut free = cloth();
+        free["pins"] = json!([{ "vertices": [0] }]);
+        let mesh = sheet(12, |u, v| DVec3::new(u, v, 0.0));
+        let alone = json!({ "contact": { "self": false } });
+        let mut far = alone.clone();
+        far["body"] = json!([{ "sphere": { "center": [0, 0, 50], "radius": 1.0 } }]);
+        (simulation(alone, free.clone(), mesh.clone()), simulation(far, free, mesh))
+    };
+    for step in 0..60 {
+        without.steps(1);
+        with.steps(1);
+        assert!(without.state.positions == with.state.positions, "step {step}");
+    }
+}
+
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let hash = |threads: usize| {
+        let bodies = json!([floor(), { "sphere": { "center": [0.03, 0.02, 0.4], "radius": 0.3 } }]);
+        let mesh = sheet(34, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.72));
+        let model = mesh_scene(json!({ "body": bodies }), cloth(), mesh);
+        let mut sheet = Simulation::with_threads(model, threads);
+        sheet.steps(24);
+        sheet.state.hash()
+    };
+    assert_eq!(hash(1), hash(3));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn random_bodies_are_not_passed(
+        kind in 0_usize..3,
+        at in prop::array::uniform3(-0.15_f64..0.15),
+        size in 0.05_f64..0.2,
+        turn in prop::array::uniform3(0.0_f64..90.0),
+        speed in prop::array::uniform3(-2.0_f64..2.0),
+        thickness in 0.001_f64..0.008,
+        friction in 0.0_f64..0.8,
+    ) {
+        let [x, y, z] = at;
+        let mut body = match kind {
+            0 => json!({ "sphere": { "center": [x, y, z], "radius": size } }),
+            1 => json!({ "capsule": { "from": [x - 0.2, y, z], "to": [x + 0.2, y + 0.1, z], "radius": 0.6 * size } }),
+            _ => json!({ "box": { "center": [x, y, z], "size": [size, 1.5 * size, size], "rotate": turn } }),
+        };
+        body["friction"] = json!(friction);
+        body["move"] = json!([[0.1, [0, 0, 0]], [0.3, speed.map(|part| 0.2 * part)]]);
+        let mut of_cloth = cloth();
+        of_cloth["thickness"] = json!(thickness);
+        of_cloth["friction"] = json!(friction);
+        let mesh = sheet(12, |u, v| DVec3::new(0.6 * u - 0.3, 0.6 * v - 0.3, 0.4));
+        let mut sheet = simulation(json!({ "body": [body] }), of_cloth, mesh);
+        run(&mut sheet, 36, |_| ());
+    }
+}
