@@ -22,18 +22,22 @@ FLIPS = {"zarr.json": 400, "chunks": 120}
 
 @pytest.fixture(scope="module")
 def caches(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """A cloth at the origin and one far from it, whose frames have places from an origin of their own."""
+    """A cloth at the origin, one far from it, whose frames have places from an origin of their own, and one
+    beside bodies, one of which moves."""
     folder = tmp_path_factory.mktemp("caches")
     made = []
-    for name, x in (("near", 0), ("far", 90_000)):
+    box = {"box": {"center": [0, 2, 0], "size": [1, 1, 1]}}
+    bodies = [{"sphere": {"center": [5, 0, 0], "radius": 1}, "move": [[1.0, [0, 0, 1]]]}, box]
+    for name, x in (("near", 0), ("far", 90_000), ("bodies", 0)):
         grid = {"size": [1.5, 1.0], "cells": [6, 4], "origin": [x, 0, 1], "axes": ["x", "z"]}
         cloth = {"name": "flag", "grid": grid, "fabric": "nylon", "pins": [{"edge": "left"}]}
-        scene = Scene({"title": "Small flag", "wind": {"velocity": [8.0, 1.5, 0.0]}, "cloth": [cloth]})
+        document = {"title": "Small flag", "wind": {"velocity": [8.0, 1.5, 0.0]}, "cloth": [cloth]}
+        scene = Scene(document | ({"body": bodies} if name == "bodies" else {}))
         made.append(record(Simulation(scene, threads=1), folder / f"{name}.zarr", FRAMES).path)
     return made
 
 
-@pytest.fixture(params=["near", "far"])
+@pytest.fixture(params=["near", "far", "bodies"])
 def cache(request: pytest.FixtureRequest, caches: list[Path]) -> Path:
     """Each of them; what is done to it is undone by the tests."""
     return next(path for path in caches if path.stem == request.param)
@@ -49,6 +53,8 @@ def everything(path: Path) -> dict[str, Any]:
     for frame in range(opened.frames):
         for name in ("positions", "velocities", "past", "origins", "local_positions", "exact_positions"):
             found[f"{name} {frame}"] = getattr(opened, name)(frame)
+        for name, body in opened.bodies(frame).items():
+            found |= {f"{name} {frame}": body.positions, f"{name} {frame} triangles": body.triangles}
     return found
 
 
@@ -99,7 +105,8 @@ def test_every_chunk_that_is_missing_is_named(cache: Path) -> None:
             assert seen(cache, original, file), file
     arrays = {str(file.parent.relative_to(cache)) for file in files}
     opened = json.loads((cache / "zarr.json").read_bytes())["consolidated_metadata"]["metadata"]
-    without_chunks = {"diagnostics"} | ({"local_positions"} if cache.stem == "near" else set())
+    without_chunks = {"diagnostics"} | ({"local_positions"} if cache.stem != "far" else set())
+    without_chunks |= {"bodies"} if cache.stem == "bodies" else set()
     assert arrays == set(opened) - without_chunks
 
 

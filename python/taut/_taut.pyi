@@ -59,6 +59,12 @@ class Report(TypedDict):
     in a step."""
     mean_lost_motion: float
     """The same, mean of the steps."""
+    contacts: int
+    """Rows of contact (pairs that were near, or came near), summed over the steps."""
+    contact_cuts: int
+    """Steps that were shortened where something would have crossed something else."""
+    closest: float
+    """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
     repaired_momentum: list[float]
     """What rounding took from the momentum of free cloths, and was given back, summed over the steps
     [kg m/s]."""
@@ -153,6 +159,18 @@ class Engine:
     @property
     def cloths(self) -> list[tuple[str, int, int]]:
         """Name, first vertex and vertex count of each cloth; vertices keep their order in the file."""
+    @property
+    def bodies(self) -> list[tuple[str, str, float, bool, int, int, int, int]]:
+        """What each body is.
+
+        Name, shape ("sphere", "capsule", "plane" or "surface"), radius [m], whether it ever moves, first
+        vertex, vertex count, first triangle, triangle count.
+        """
+    @property
+    def body_triangles(self) -> NDArray[np.int32]:
+        """Triangles of all bodies, vertices counted over all bodies, shape (triangles, 3)."""
+    def body_positions(self) -> NDArray[np.float64]:
+        """Where the vertices of all bodies are now in the world [m], shape (body vertices, 3), a copy."""
     @property
     def faces(self) -> NDArray[np.int32]:
         """Triangles, shape (triangles, 3)."""

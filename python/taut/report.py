@@ -41,6 +41,12 @@ class Report:
     cloth in a step [1]: 0 where nothing was cut, 1 where it stopped the cloth."""
     mean_lost_motion: float
     """The same, mean of the steps [1]."""
+    contacts: int
+    """Rows of contact, which are pairs that were near or came near, summed over the steps [1]."""
+    contact_cuts: int
+    """Steps that were shortened where something would have crossed something else [1]."""
+    closest: float
+    """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
     kinetic_energy: float
     """At the end of the call [J]."""
     elastic_energy: float

@@ -129,8 +129,17 @@ def _frame(simulation: Simulation, ms: float) -> Frame:
     local = simulation.local_positions if moved else positions
     # Of what is kept: the hash of a simulation counts pins that a user moved as well.
     found = _taut.state_hash(local, velocities, past, origins)
-    frame = Frame(positions, velocities, simulation.report, ms, found, past)
+    bodies = _moving_bodies(simulation)
+    frame = Frame(positions, velocities, simulation.report, ms, found, past, bodies=bodies)
     return replace(frame, origins=origins, local_positions=local) if moved else frame
+
+
+def _moving_bodies(simulation: Simulation) -> NDArray[np.float64] | None:
+    moving = [body for body in simulation.body_ranges if body.moves]
+    if not moving:
+        return None
+    places = simulation.body_positions
+    return np.concatenate([places[body.first_vertex :][: body.vertices] for body in moving])
 
 
 def _header(simulation: Simulation) -> Header:
@@ -154,5 +163,9 @@ def _header(simulation: Simulation) -> Header:
         "strain_limit": simulation.strain_limit,
         "pins": np.flatnonzero(simulation.pinned),
     }
+    if simulation.body_ranges:
+        attributes["bodies"] = [body._asdict() for body in simulation.body_ranges]
+        arrays["bodies/rest"] = simulation.body_positions
+        arrays["bodies/faces"] = simulation.body_triangles
     past = simulation.past
     return Header(attributes, arrays, len(simulation.positions), 0 if past is None else len(past))

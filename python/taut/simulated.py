@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from taut._taut import Engine
 from taut.arrays import read_only, whole
+from taut.bodies import BodyRange
 from taut.scene import FollowedPath, Mesh, Scene
 
 MOST_THREADS = 1024
@@ -92,6 +93,16 @@ class Simulated:
     def cloths(self) -> list[ClothRange]:
         """Name, first vertex and number of vertices of each cloth."""
         return [ClothRange(*cloth) for cloth in self._engine.cloths]
+
+    @cached_property
+    def body_ranges(self) -> list[BodyRange]:
+        """Name, shape and radius of each body, and where its vertices and triangles lie among all."""
+        return [BodyRange(*body) for body in self._engine.bodies]
+
+    @cached_property
+    def body_triangles(self) -> NDArray[np.int32]:
+        """Triangles of all bodies, vertices counted over all bodies, shape (triangles, 3), read-only."""
+        return read_only(self._engine.body_triangles)
 
     @cached_property
     def faces(self) -> NDArray[np.int32]:

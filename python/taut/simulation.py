@@ -21,6 +21,7 @@ from taut.arrays import (
     whole,
     world_places,
 )
+from taut.bodies import Body, bodies_at
 from taut.report import Report
 from taut.scene import Scene
 from taut.scene.plain import plain
@@ -116,6 +117,19 @@ class Simulation(Simulated):
     @velocities.setter
     def velocities(self, array: ArrayLike) -> None:
         self.set_state(self._positions, array, self.steps)
+
+    @property
+    def body_positions(self) -> NDArray[np.float64]:
+        """Where the vertices of all bodies are now in the world [m], shape (body vertices, 3), a copy."""
+        return self._engine.body_positions()
+
+    @property
+    def bodies(self) -> Mapping[str, Body]:
+        """What cloth collides with, by name, where it is now; a copy, empty without bodies.
+
+        ``simulation.bodies["ball"].positions`` is the middle of a ball [m], shape (1, 3), float64.
+        """
+        return bodies_at(self.body_ranges, self.body_positions, self.body_triangles)
 
     @property
     def past(self) -> NDArray[np.float32] | None:

@@ -18,7 +18,7 @@ use crate::checks::{affordable, below, duration, movable, scene_with, workers};
 use crate::report::report;
 use crate::running::{Guarded, Running};
 use crate::turns::{Turns, or_error};
-use crate::{SimulationError, arrays, pools, registers, scene_error, yardstick};
+use crate::{SimulationError, arrays, bodies, pools, registers, scene_error, yardstick};
 
 /// See `_taut.pyi` for the documentation of the members.
 #[pyclass(frozen, module = "taut._taut")]
@@ -130,6 +130,21 @@ impl Engine {
     #[getter]
     fn cloths(&self) -> Vec<(String, usize, usize)> {
         self.model.cloths.iter().map(|cloth| (cloth.name.clone(), cloth.first, cloth.count)).collect()
+    }
+
+    #[getter]
+    fn bodies(&self, py: Python<'_>) -> PyResult<Vec<bodies::Described>> {
+        self.running.with(py, |running| bodies::describe(&self.model.bodies, &running.inputs.bodies))
+    }
+
+    #[getter]
+    fn body_triangles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i32>> {
+        bodies::triangles(py, &self.model.bodies)
+    }
+
+    fn body_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let places = self.running.with(py, |running| running.state.bodies.clone())?;
+        Ok(arrays::rows_of(PyArray1::from_iter(py, places.iter().flat_map(|place| place.to_array())), 3))
     }
 
     #[getter]

@@ -1,6 +1,7 @@
 //! The Python surface of taut: arrays in, arrays out, errors mapped. No logic of its own.
 
 mod arrays;
+mod bodies;
 mod checks;
 mod engine;
 mod memory;

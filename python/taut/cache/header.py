@@ -16,9 +16,11 @@ class Header:
     """Everything about a run that is the same in all its frames."""
 
     attributes: Mapping[str, Any]
-    """Attributes of the group except `format` and `state_hash`: :data:`taut.cache.layout.ATTRIBUTES`."""
+    """Attributes of the group except `format` and `state_hash`: :data:`taut.cache.layout.ATTRIBUTES`, and
+    `bodies` if there are any."""
     arrays: Mapping[str, NDArray[Any]]
-    """The arrays without a frame axis, see :data:`taut.cache.layout.CONSTANT`."""
+    """The arrays without a frame axis, see :data:`taut.cache.layout.CONSTANT`; if there are bodies,
+    :data:`taut.cache.layout.BODY_ARRAYS` too."""
     vertices: int
     """Vertices in each frame [1]."""
     past: int = 0
@@ -28,6 +30,16 @@ class Header:
     def cloths(self) -> int:
         """Cloths [1]."""
         return len(self.attributes["cloths"])
+
+    @property
+    def bodies(self) -> int:
+        """Bodies [1]."""
+        return len(self.attributes.get("bodies", ()))
+
+    @property
+    def moving(self) -> int:
+        """Vertices of bodies that may move [1]."""
+        return sum(body["vertices"] for body in self.attributes.get("bodies", ()) if body["moves"])
 
 
 @dataclass(frozen=True)
@@ -50,6 +62,8 @@ class Frame:
     """:attr:`taut.Simulation.origins`, shape (cloths, 3); nothing if all are zero."""
     local_positions: NDArray[np.float32] | None = None
     """:attr:`taut.Simulation.local_positions`, shape (vertices, 3); nothing if they are the positions."""
+    bodies: NDArray[np.floating] | None = None
+    """Places of the vertices of those bodies that may move [m], shape (n, 3); nothing if none may."""
 
 
 def mesh_hash(mesh: tuple[NDArray[Any], ...]) -> str:

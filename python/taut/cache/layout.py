@@ -9,6 +9,8 @@ Group attributes:
 - ``format`` (:data:`taut.cache.metadata.FORMAT`), ``version`` of taut, ``scene`` (resolved), ``title``,
   ``warnings``
 - ``cloths``: ``[{name, first_vertex, vertices}]``
+- ``bodies``, if there are any: ``[{name, shape, radius, moves, first_vertex, vertices, first_triangle,
+  triangles}]``, see :class:`taut.bodies.Body`; they count in `bodies/rest` and in `bodies/faces`
 - ``substeps`` [1], ``step_length`` [s], ``threads`` [1]
 - ``meshes``: path to SHA-256 of the geometry
 - ``state_hash`` of the last frame, 16 hexadecimal digits
@@ -69,6 +71,9 @@ DIAGNOSTICS: dict[str, str] = {
     "held_back_pins": "int32",
     "lost_motion": "float64",
     "mean_lost_motion": "float64",
+    "contacts": "int64",
+    "contact_cuts": "int32",
+    "closest": "float64",
     "kinetic_energy": "float64",
     "elastic_energy": "float64",
     "potential_energy": "float64",
@@ -77,10 +82,16 @@ DIAGNOSTICS: dict[str, str] = {
 }
 """Type of each array in the group ``diagnostics``, shape (frames,): :class:`taut.cache.Frame`'s numbers."""
 
+ADDED: dict[str, float] = {"contacts": 0, "contact_cuts": 0, "closest": float("inf")}
+"""Those of them that caches without contact lack, and what they stand for there in every frame."""
+
 SERIES: dict[str, str] = {"time": "float64"} | {
     f"diagnostics/{name}": kind for name, kind in DIAGNOSTICS.items()
 }
 """Type of each array with one number a frame."""
+
+MAY_BE_MISSING = {f"diagnostics/{name}" for name in ADDED}
+"""Those of them that a cache may lack."""
 
 SERIES_CHUNK = 1024
 
@@ -101,6 +112,18 @@ reads as NaN. Caches of taut 0.1.0 and before have none."""
 CHECKSUMS = "checksums"
 """uint32, shape (frames, arrays): :func:`checksum` of each row; its attribute `arrays` names the columns."""
 
+BODY_ARRAYS: dict[str, tuple[str, tuple[int, ...]]] = {
+    "bodies/rest": ("float32", (3,)),
+    "bodies/faces": ("int32", (3,)),
+}
+"""Type and shape of an element of the arrays without a frame axis that caches of scenes with bodies have:
+places of the vertices of all bodies in frame 0, in the world [m], and triangles of all of them."""
+
+BODY_POSITIONS = "bodies/positions"
+"""float32, shape (frames, n, 3), one chunk a frame: places of the vertices of those bodies that may move, one
+body after the other, in the world [m]. Only there if a body may move; the others are where they were in
+frame 0. A run does not need it to go on."""
+
 GROWING = (*SERIES, "velocities", "positions")
 """Every array with a frame axis but :data:`OPTIONAL`, in the order in which a new frame is made known."""
 
@@ -109,6 +132,7 @@ OPTIONAL: dict[str, tuple[str, int]] = {
     PAST: ("float32", 3),
     ORIGINS: ("float64", 3),
     LOCAL: ("float32", 3),
+    BODY_POSITIONS: ("float32", 3),
 }
 """Type and dimensions of each array with a frame axis that a cache may do without."""
 
@@ -124,7 +148,13 @@ def may_miss(name: str, format: str) -> bool:
 
 def growing(nodes: Container[str]) -> list[str]:
     """Those of `nodes` that are arrays with a frame axis, in the order in which a frame is made known."""
-    return [*(name for name in OPTIONAL if name in nodes), *GROWING]
+    always = (name for name in GROWING if name in nodes or name not in MAY_BE_MISSING)
+    return [*(name for name in OPTIONAL if name in nodes), *always]
+
+
+def is_constant(name: str) -> bool:
+    """Whether an array has no frame axis."""
+    return name in CONSTANT or name in BODY_ARRAYS
 
 
 def checksum(name: str, row: int, values: NDArray[Any]) -> int:
@@ -139,13 +169,18 @@ def empty(header: Header) -> dict[str, bytes]:
     attributes = {"format": metadata.FORMAT, **header.attributes, "state_hash": ""}
     root = zarr.create_group(MemoryStore(files), attributes=attributes)
     root.create_group("diagnostics")
-    for name, (kind, _) in CONSTANT.items():
+    constant = CONSTANT
+    if header.bodies:
+        root.create_group("bodies")
+        constant = CONSTANT | BODY_ARRAYS
+    for name, (kind, _) in constant.items():
         data = np.ascontiguousarray(header.arrays[name], kind)
         chunk = tuple(max(1, size) for size in data.shape)
         array = root.create_array(name, shape=data.shape, chunks=chunk, **_coding(kind))
         array[...] = data
         array.attrs["checksum"] = checksum(name, 0, data)
-    rows = dict.fromkeys((*STATE, LOCAL), header.vertices) | ({PAST: header.past} if header.past else {})
+    rows = dict.fromkeys((*STATE, LOCAL), header.vertices)
+    rows |= {name: n for name, n in ((PAST, header.past), (BODY_POSITIONS, header.moving)) if n}
     for name, vertices in rows.items():
         root.create_array(name, shape=(0, vertices, 3), chunks=(1, vertices, 3), **_coding("float32"))
     chunk = (SERIES_CHUNK, max(1, header.cloths), 3)

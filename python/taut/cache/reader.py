@@ -1,6 +1,7 @@
 """The reading side of a cache."""
 
 import os
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self, cast
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from zarr.storage import LocalStore, StorePath
 
 from taut import _taut
+from taut.bodies import Body, BodyRange, bodies_at
 from taut.cache import layout, metadata
 from taut.errors import CacheError, did_you_mean
 from taut.scene.shipped import is_shipped
@@ -133,7 +135,12 @@ class Cache:
     @cached_property
     def diagnostics(self) -> dict[str, NDArray[Any]]:
         """Numbers for each frame, shape (frames,) each; see :data:`taut.cache.layout.DIAGNOSTICS`."""
-        return {name: self.rows(f"diagnostics/{name}", 0, self._frames) for name in layout.DIAGNOSTICS}
+        return {name: self._numbers(name) for name in layout.DIAGNOSTICS}
+
+    def _numbers(self, name: str) -> NDArray[Any]:
+        if (array := f"diagnostics/{name}") in self._arrays:
+            return self.rows(array, 0, self._frames)
+        return np.full(self._frames, layout.ADDED[name], layout.DIAGNOSTICS[name])
 
     def positions(self, frame: int) -> NDArray[np.float32]:
         """Positions [m], shape (vertices, 3).
@@ -172,6 +179,58 @@ class Cache:
         exact: NDArray[np.float64] = local + np.repeat(self.origins(frame), counts, axis=0)
         return exact
 
+    def bodies(self, frame: int) -> Mapping[str, Body]:
+        """What cloth collides with, by name, in a frame; none in caches of scenes without bodies.
+
+        Places are in float32; otherwise like :meth:`positions`.
+        """
+        ranges = self._body_ranges
+        if not ranges:
+            self._index(frame)
+            return {}
+        positions = self._bodies_at_rest.copy()
+        if moving := [one for one in ranges if one.moves]:
+            rows, first = self._state(layout.BODY_POSITIONS, frame), 0
+            for one in moving:
+                own = rows[first : first + one.vertices]
+                positions[one.first_vertex : one.first_vertex + one.vertices] = own
+                first += one.vertices
+        else:
+            self._index(frame)
+        return bodies_at(ranges, positions, self._body_faces)
+
+    @cached_property
+    def _bodies_at_rest(self) -> NDArray[np.float32]:
+        return self._constant("bodies/rest")
+
+    @cached_property
+    def _body_faces(self) -> NDArray[np.int32]:
+        faces = self._constant("bodies/faces")
+        for one in self._body_ranges:
+            own = faces[one.first_triangle : one.first_triangle + one.triangles] - one.first_vertex
+            if own.size and not (own.min() >= 0 and own.max() < one.vertices):
+                raise CacheError(
+                    f"{self._path}: faces of {one.name!r} name vertices that are not there; run it again"
+                )
+        return faces
+
+    @cached_property
+    def _body_ranges(self) -> list[BodyRange]:
+        """Which bodies there are, checked against the arrays."""
+        listed = self._attributes.get("bodies", [])
+        if not listed or not layout.BODY_ARRAYS.keys() <= self._arrays.keys():
+            return []
+        try:
+            ranges = [BodyRange(**body) for body in listed]
+            for one in ranges:
+                one.check(*(self._arrays[name].shape[0] for name in layout.BODY_ARRAYS))
+            moving = sum(one.vertices for one in ranges if one.moves)
+            if moving and self._arrays[layout.BODY_POSITIONS].shape[1:] != (moving, 3):
+                raise ValueError("they move, but their places have another shape")
+        except (TypeError, ValueError, KeyError) as error:
+            raise CacheError(f"{self._path}: its bodies are damaged ({error}); run it again") from None
+        return ranges
+
     def stretch(self, frame: int) -> NDArray[np.float32]:
         """``|X_uv| / L - 1`` of each spring [1], shape (springs,); otherwise like :meth:`positions`."""
         ends = self.exact_positions(frame)[self.springs]
@@ -188,18 +247,24 @@ class Cache:
         stored = int(self.diagnostics["state_hash"][frame])
         try:
             state = self.local_positions(frame), self.velocities(frame)
+            self.bodies(frame)
             return int(_taut.state_hash(*state, self.past(frame), self.origins(frame)), 16) == stored
         except CacheError:
             return False
 
     def _state(self, name: str, frame: int) -> NDArray[Any]:
+        index = self._index(frame)
+        values: NDArray[Any] = self.rows(name, index, index + 1)[0]
+        return values
+
+    def _index(self, frame: int) -> int:
+        """The frame, counted from the start."""
         index = frame + self._frames if frame < 0 else frame
         if not 0 <= index < self._frames:
             raise IndexError(
                 f"{self._path}: there is no frame {frame}; there are frames 0 to {self._frames - 1}"
             )
-        values: NDArray[Any] = self.rows(name, index, index + 1)[0]
-        return values
+        return index
 
     def rows(self, name: str, first: int, stop: int) -> NDArray[Any]:
         """Rows of any array of :mod:`taut.cache.layout`; of those with a frame axis, frames are rows.
@@ -224,7 +289,7 @@ class Cache:
         array = self._arrays[name]
         file = self._path / name / array.metadata.encode_chunk_key((chunk, *(array.ndim - 1) * [0]))
         frames = f"frame {first}" if stop - first == 1 else f"frames {first} to {stop - 1}"
-        what = f"{file}" if name in layout.CONSTANT else f"{file}, {frames},"
+        what = f"{file}" if layout.is_constant(name) else f"{file}, {frames},"
         try:
             if not file.is_file() and not layout.may_miss(name, self._attributes["format"]):
                 there = "no file" if os.path.lexists(file) else "missing"
@@ -243,7 +308,7 @@ class Cache:
 
     def _is_own(self, name: str, first: int, values: NDArray[Any]) -> bool:
         """Whether rows hold what was written there, as far as the cache has checksums that say so."""
-        if name in layout.CONSTANT:
+        if layout.is_constant(name):
             expected = self._arrays[name].attrs.get("checksum")
             return expected is None or expected == layout.checksum(name, 0, values)
         column = None if name == layout.CHECKSUMS else self._checksums.get(name)
@@ -284,13 +349,19 @@ def _arrays(path: Path, document: dict[str, Any]) -> dict[str, zarr.Array[Any]]:
     kinds = {name: (kind, 1 + len(shape)) for name, (kind, shape) in layout.CONSTANT.items()}
     kinds |= {name: (kind, 1) for name, kind in layout.SERIES.items()}
     kinds |= {name: ("float32", 3) for name in layout.STATE}
+    optional = layout.OPTIONAL | {
+        name: (kind, 1 + len(shape)) for name, (kind, shape) in layout.BODY_ARRAYS.items()
+    }
     store, arrays = LocalStore(path, read_only=True), {}
     try:
         nodes = document["consolidated_metadata"]["metadata"]
-        kinds |= {name: kind for name, kind in layout.OPTIONAL.items() if name in nodes}
+        kinds |= {name: kind for name, kind in optional.items() if name in nodes}
+        missing = {name for name in layout.MAY_BE_MISSING if name not in nodes}
     except (KeyError, TypeError):
         raise CacheError(f"{path}: its {metadata.FILE} does not name its arrays; run it again") from None
     for name, (kind, dimensions) in kinds.items():
+        if name in missing:
+            continue
         try:
             array = zarr.Array.from_dict(StorePath(store, name), nodes[name])
             usual = (str(array.dtype), array.ndim) == (kind, dimensions)

@@ -56,6 +56,12 @@ class Summary:
     cloth in a step [1]."""
     mean_lost_motion: float
     """The same, mean of the steps [1]."""
+    contacts: int
+    """Rows of contact, summed over the steps [1]."""
+    contact_cuts: int
+    """Steps that were shortened where something would have crossed something else [1]."""
+    closest: float
+    """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
     kinetic_energy: float
     """In the last frame [J]."""
     elastic_energy: float
@@ -104,6 +110,9 @@ def summarize(cache: Cache) -> Summary:
         lost_motion=float(np.max(numbers["lost_motion"])),
         # Every frame but the first, the initial state, has as many steps.
         mean_lost_motion=float(np.mean(numbers["mean_lost_motion"][1:])) if ms.size else 0.0,
+        contacts=int(numbers["contacts"].sum()),
+        contact_cuts=int(numbers["contact_cuts"].sum()),
+        closest=float(np.min(numbers["closest"])),
         kinetic_energy=float(numbers["kinetic_energy"][-1]),
         elastic_energy=float(numbers["elastic_energy"][-1]),
         potential_energy=float(numbers["potential_energy"][-1]),

@@ -172,7 +172,8 @@ class CacheWriter:
         row = _numbers(frame, self._cloths)
         sums = [layout.checksum(name, self.frames, row[name]) for name in self._summed]
         self._pending.append(row | {layout.CHECKSUMS: np.array(sums, np.uint32)})
-        full = sum(row["positions"].nbytes for row in self._pending) >= MOST_BYTES
+        moved = ("positions", layout.BODY_POSITIONS)
+        full = sum(row[name].nbytes for row in self._pending for name in moved if name in row) >= MOST_BYTES
         if full or time.monotonic() - self._last_commit >= self._interval:
             self.commit()
             self._interval = min(2 * self._interval, LONGEST_INTERVAL)
@@ -278,6 +279,8 @@ def _numbers(frame: Frame, cloths: int) -> dict[str, Any]:
         numbers[f"diagnostics/{name}"] = np.dtype(kind).type(number)
     names = layout.STATE if frame.past is None else (*layout.STATE, layout.PAST)
     numbers |= {name: np.array(getattr(frame, name), np.float32) for name in names}
+    if frame.bodies is not None:
+        numbers[layout.BODY_POSITIONS] = np.array(frame.bodies, np.float32)
     same = frame.local_positions is None
     local = np.full_like(frame.positions, np.nan) if same else frame.local_positions
     origins = np.zeros((cloths, 3)) if frame.origins is None else frame.origins

@@ -1,5 +1,6 @@
 """Numbers of a run as tables for people."""
 
+import math
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -39,6 +40,7 @@ def full_table(cache: Cache, summary: Summary) -> Rows:
         ("strain limit", limit),
         *run_table(cache, summary),
         ("worst between frames", _per_cent(summary.worst_stretch_in_steps)),
+        *([("contact", _contact(summary))] if summary.contacts else []),
         ("threads", str(summary.threads)),
         ("written by", f"taut {summary.version}"),
     ]
@@ -116,6 +118,13 @@ def _limited(summary: Summary) -> str:
         f"{_per_cent(summary.mean_lost_motion)} of the motion lost ({_per_cent(summary.lost_motion)} at most)"
     )
     return f"{steps}, {summary.cuts} shortened by the certificate{pins}: {lost}"
+
+
+def _contact(summary: Summary) -> str:
+    steps = max(1, (summary.frames - 1) * summary.substeps)
+    nearest = f", {1e3 * summary.closest:.3g} mm at the nearest" if math.isfinite(summary.closest) else ""
+    cuts = f"{summary.contact_cuts} of {steps} steps shortened"
+    return f"{summary.contacts / steps:.0f} pairs a step{nearest}, {cuts}"
 
 
 def _speed(summary: Summary) -> str:

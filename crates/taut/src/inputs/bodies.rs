@@ -80,7 +80,13 @@ impl BodyPaths {
     /// Whether any body ever moves.
     #[must_use]
     pub fn any_moves(&self) -> bool {
-        self.paths.iter().any(|path| *path != Path::Still)
+        (0..self.paths.len()).any(|body| self.moves(body))
+    }
+
+    /// Whether a body ever moves.
+    #[must_use]
+    pub fn moves(&self, body: usize) -> bool {
+        self.paths[body] != Path::Still
     }
 }
 
