@@ -6,6 +6,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from taut.bodies import Body
+
 Progress = Callable[[int, int], None]
 """Called with how many frames are done and how many there are in all."""
 
@@ -61,6 +63,19 @@ class Exact(Protocol):
 
     def exact_positions(self, frame: int) -> NDArray[np.float64]:
         """Positions [m], shape (vertices, 3)."""
+
+
+@runtime_checkable
+class Obstructed(Protocol):
+    """Frames of scenes that may have bodies."""
+
+    def bodies(self, frame: int) -> Mapping[str, Body]:
+        """What cloth collides with, by name."""
+
+
+def bodies_of(frames: Frames, frame: int) -> list[Body]:
+    """What cloth collides with in a frame, in the scene's order."""
+    return list(frames.bodies(frame).values()) if isinstance(frames, Obstructed) else []
 
 
 def frame_rate(frames: Frames) -> float:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from taut.frames import Frames, up_axis
+from taut.bodies import Body, Skin, normal_of
+from taut.frames import Frames, bodies_of, up_axis
 
 Points = NDArray[np.float64]
 
@@ -22,6 +23,10 @@ _SIDE, _TOP, _BOTTOM = 0.93, 0.72, 0.9
 # A vertex further from the middle of the cloth than so many times its size at rest has been thrown off; cloth
 # that merely stretches stays within.
 _STRETCHED, _TRAVELLED = 3.0, 8.0
+# Of bodies, what is further away than so many diagonals of the motion need not be seen; so many of their
+# points say where they are.
+_NEAR, _MOST_POINTS = 1.5, 2000
+_LEVEL = 0.99999  # cosine of the slope of a plane that is level
 
 
 @dataclass(frozen=True)
@@ -60,7 +65,7 @@ def frame_motion(panels: Sequence[Frames], aspect: float) -> Framing:
         panels: what is to be seen.
         aspect: width of a panel over its height.
     """
-    points = np.concatenate([_motion(panel) for panel in panels])
+    points = np.concatenate([_with_bodies(panel, _motion(panel)) for panel in panels])
     axis = up_axis(panels[0])
     up = np.eye(3)[axis]
     right, away = _ground_directions(panels[0], axis)
@@ -69,6 +74,7 @@ def frame_motion(panels: Sequence[Frames], aspect: float) -> Framing:
     lowest, tallness = float(heights.min()), max(float(np.ptp(heights)), 0.25 * size)
     # The world's own ground, if it is near.
     ground = 0.0 if 0 <= lowest <= 0.4 * tallness else lowest - 0.08 * tallness
+    ground = _floor(panels, up, lowest, 2 * size, ground)
     footprint = _shadow(points, up, right, away, ground)
     below = np.concatenate([footprint, points - np.outer(heights - ground, up)])
     middle = (below.min(axis=0) + below.max(axis=0)) / 2
@@ -84,12 +90,17 @@ def _shadow(points: Points, up: Points, right: Points, away: Points, ground: flo
     return points + np.outer(height, slant - up)
 
 
+def _looked_at(frames: Frames) -> list[int]:
+    """Frames spread over the time."""
+    return [int(at) for at in np.unique(np.linspace(0, frames.frames - 1, _FRAMES_LOOKED_AT).astype(int))]
+
+
 def _motion(frames: Frames) -> Points:
     """Positions in frames spread over the time, less vertices that were thrown off; shape (points, 3)."""
     kept: list[Points] = []
     start, reach = np.zeros(3), 0.0
-    for frame in np.unique(np.linspace(0, frames.frames - 1, _FRAMES_LOOKED_AT).astype(int)):
-        points = np.asarray(frames.positions(int(frame)), dtype=np.float64)
+    for frame in _looked_at(frames):
+        points = np.asarray(frames.positions(frame), dtype=np.float64)
         points = points[np.isfinite(points).all(axis=1)]
         if len(points) == 0:
             continue
@@ -100,6 +111,43 @@ def _motion(frames: Frames) -> Points:
         if np.linalg.norm(middle - start) <= _TRAVELLED * reach:
             kept.append(points[distance <= _STRETCHED * reach])
     return np.concatenate(kept) if kept else np.zeros((1, 3))
+
+
+def _with_bodies(frames: Frames, motion: Points) -> Points:
+    """The motion of the cloth, and bodies near it that are no planes; shape (points, 3)."""
+    first = [body for body in bodies_of(frames, 0) if body.shape != "plane"]
+    if not first:
+        return motion
+    skins = {body.name: Skin(body) for body in first}
+    middle = (motion.min(axis=0) + motion.max(axis=0)) / 2
+    reach = _NEAR * max(float(np.linalg.norm(np.ptp(motion, axis=0))), 1e-3)
+    found = [motion]
+    moments = _looked_at(frames) if any(body.moves for body in first) else [0]
+    for frame in moments:
+        for body in bodies_of(frames, frame):
+            if body.name in skins and (body.moves or frame == 0):
+                points = skins[body.name].points(body)
+                points = points[:: max(1, len(points) // _MOST_POINTS)]
+                found.append(points[np.linalg.norm(points - middle, axis=1) <= reach])
+    return np.concatenate(found)
+
+
+def _floor(panels: Sequence[Frames], up: Points, lowest: float, reach: float, otherwise: float) -> float:
+    """Height of the highest plane that lies still below all motion, and faces up, not far away."""
+    planes = [body for panel in panels for body in bodies_of(panel, 0) if body.shape == "plane"]
+    heights = [float(plane.positions[0] @ up) for plane in planes if _is_level(plane, up)]
+    # Cloth and bodies may lie on it, or reach a little below it.
+    near = [height for height in heights if lowest - reach <= height <= lowest + reach]
+    return max(near, default=otherwise)
+
+
+def is_floor(plane: Body, up: Points, ground: float) -> bool:
+    """Whether the ground of a picture shows a plane."""
+    return _is_level(plane, up) and bool(np.isclose(plane.positions[0] @ up, ground, atol=1e-6))
+
+
+def _is_level(plane: Body, up: Points) -> bool:
+    return not plane.moves and bool(normal_of(plane) @ up > _LEVEL)
 
 
 def _ground_directions(frames: Frames, axis: int) -> tuple[Points, Points]:

@@ -1,5 +1,7 @@
 """The floor: a disc that fades out, grid lines, and the soft shadow of what hangs above."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
@@ -14,6 +16,7 @@ _FLOOR = np.array([228, 232, 236], dtype=np.float64)
 _SHADE = np.array([92, 102, 116], dtype=np.float64)
 _LINE = (168, 178, 190)
 _LINE_WIDTH = 0.0011  # half, in half sides of the floor
+_LIFT = 2e-4  # of the lines above the floor, in half sides: cloth may lie on it
 _EXTENT = 2.6  # of the floor, in radii of the motion
 _MOST_SAMPLES = 300_000
 
@@ -21,11 +24,24 @@ _MOST_SAMPLES = 300_000
 class Ground:
     """The floor of one panel."""
 
-    def __init__(self, plotter: pv.Plotter, frames: Frames, framing: Framing) -> None:
-        """Add the floor to the plotter's current panel."""
+    def __init__(
+        self, plotter: pv.Plotter, frames: Frames, framing: Framing, solids: Sequence[NDArray[np.int32]] = ()
+    ) -> None:
+        """Add the floor to the plotter's current panel.
+
+        Args:
+            plotter: where.
+            frames: what hangs above it.
+            framing: where it lies.
+            solids: triangles of each body that throws a shadow, too.
+        """
         self._framing = framing
         self._half = _EXTENT * framing.radius
-        self._cast = _Caster(frames, self._half * 2 / _TEXELS)
+        texel = self._half * 2 / _TEXELS
+        sides = np.asarray(frames.rest_length, dtype=np.float64)
+        side = float(np.percentile(sides, 90)) if sides.size else 0.0
+        self._cast = _Caster(np.asarray(frames.faces), np.asarray(frames.springs)[links(frames)], side, texel)
+        self._solids = [_SolidShadow(faces, texel) for faces in solids]
         self._image = pv.ImageData(dimensions=(_TEXELS, _TEXELS, 1))
         self._image.point_data["rgba"] = np.zeros((_TEXELS**2, 4), dtype=np.uint8)
         steps = (np.arange(_TEXELS) + 0.5) / _TEXELS * 2 - 1
@@ -34,15 +50,16 @@ class Ground:
         plotter.add_mesh(self._floor(), texture=self._texture, lighting=False)
         plotter.add_mesh(self._lines(), scalars="rgba", rgba=True, lighting=False)
 
-    def show(self, positions: Points) -> None:
-        """Throw the shadow of vertices at these positions [m], shape (vertices, 3); NaN: no shadow."""
-        framing = self._framing
-        points, areas = self._cast.samples(positions)
-        flat = framing.shadow(points) - framing.middle
-        texels = (np.stack([flat @ framing.right, flat @ framing.away]) / self._half + 1) * (_TEXELS / 2)
-        inside = ((texels >= 0) & (texels < _TEXELS)).all(axis=0)
-        column, row = texels[:, inside].astype(np.int64)
-        cover = np.bincount(row * _TEXELS + column, weights=areas[inside], minlength=_TEXELS**2)
+    def show(self, positions: Points, solids: Sequence[Points] = ()) -> None:
+        """Throw the shadow of what is above.
+
+        Args:
+            positions: of the cloth's vertices [m], shape (vertices, 3); NaN: no shadow.
+            solids: the points of each body [m].
+        """
+        cover = self._cover(*self._cast.samples(positions))
+        for solid, points in zip(self._solids, solids, strict=True):
+            cover = cover + solid.cover(points, self._cover)
         density = cover / (2 * self._half / _TEXELS) ** 2
         dark = 1 - np.exp(-2 * density.reshape(_TEXELS, _TEXELS))
         picture = Image.fromarray((255 * dark).astype(np.uint8)).filter(ImageFilter.GaussianBlur(_BLUR))
@@ -50,6 +67,18 @@ class Ground:
         rgba = np.concatenate([_FLOOR + (_SHADE - _FLOOR) * shade, 255 * self._fade[:, None]], axis=1)
         self._image.point_data["rgba"] = rgba.astype(np.uint8)
         self._texture.Modified()
+
+    def _cover(self, points: Points, areas: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The area of what throws its shadow on each texel [m^2]; what is below the floor throws none."""
+        framing = self._framing
+        above = points @ framing.up >= framing.ground - 1e-3 * self._half
+        points, areas = points[above], areas[above]
+        flat = framing.shadow(points) - framing.middle
+        texels = (np.stack([flat @ framing.right, flat @ framing.away]) / self._half + 1) * (_TEXELS / 2)
+        inside = ((texels >= 0) & (texels < _TEXELS)).all(axis=0)
+        column, row = texels[:, inside].astype(np.int64)
+        texel = row * _TEXELS + column
+        return np.bincount(texel, areas[inside], _TEXELS**2).astype(np.float64)
 
     def _place(self, across: NDArray[np.floating], along: NDArray[np.floating], lift: float) -> Points:
         framing = self._framing
@@ -78,7 +107,7 @@ class Ground:
                 across, along = np.meshgrid(step + width, pieces)
                 if direction is framing.away:
                     across, along = along, across
-                ribbons.append(self._place(across, along, 1e-3 * half).reshape(-1, 3))
+                ribbons.append(self._place(across, along, _LIFT * half).reshape(-1, 3))
         points = np.concatenate(ribbons)
         left = (
             np.arange(len(ribbons))[:, None] * 2 * len(pieces) + np.arange(0, 2 * len(pieces) - 2, 2)
@@ -93,15 +122,35 @@ class Ground:
         return lines
 
 
+class _SolidShadow:
+    """The shadow of a body, made anew only where it moves."""
+
+    def __init__(self, faces: NDArray[np.int32], texel: float) -> None:
+        self._faces, self._texel = faces, texel
+        self._cast: _Caster | None = None
+        self._points: Points | None = None
+        self._last: NDArray[np.float64] = np.zeros(0)
+
+    def cover(
+        self, points: Points, cover: Callable[[Points, NDArray[np.float64]], NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """What `cover` says of points spread over the body."""
+        if self._cast is None:
+            corners = points[self._faces]
+            side = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
+            self._cast = _Caster(self._faces, np.zeros((0, 2), np.int32), float(side), self._texel)
+        if self._points is None or not np.array_equal(points, self._points):
+            self._points, self._last = points, cover(*self._cast.samples(points))
+        return self._last
+
+
 class _Caster:
     """Points spread over the cloth, close enough to leave no gaps in its shadow."""
 
-    def __init__(self, frames: Frames, texel: float) -> None:
-        self._faces = np.asarray(frames.faces)
-        self._links = np.asarray(frames.springs)[links(frames)]
-        self._texel = texel
-        edges = np.asarray(frames.rest_length, dtype=np.float64)
-        length = float(np.percentile(edges, 90)) if edges.size else 0.0
+    def __init__(
+        self, faces: NDArray[np.int32], threads: NDArray[np.int32], length: float, texel: float
+    ) -> None:
+        self._faces, self._links, self._texel = faces, threads, texel
         most = max(1, _MOST_SAMPLES // max(1, len(self._faces)))
         count = min(most, max(1, int(np.ceil((1.5 * length / texel) ** 2))))
         # Points of an even sequence in the square, folded into the triangle.

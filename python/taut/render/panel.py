@@ -1,4 +1,4 @@
-"""One simulation on the stage: cloth, threads, pins, floor, light and camera."""
+"""One simulation on the stage: cloth, threads, pins, bodies, floor, light and camera."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +11,7 @@ from taut.frames import Frames, links, vertex_stretch
 from taut.render.framing import VIEW_ANGLE, Framing
 from taut.render.ground import Ground
 from taut.render.options import Color
+from taut.render.solids import Solids, cells, normals
 from taut.render.strain import StrainScale
 
 _FRONT, _BACK, _THREAD, _PIN = "#c2413b", "#ead9b8", "#3b4654", "#2b3440"
@@ -42,7 +43,8 @@ class Panel:
         plotter.set_background(_HORIZON, top=_SKY)  # type: ignore[arg-type]
         _add_lights(plotter, look.framing)
         _set_camera(plotter, look.framing)
-        self._ground = Ground(plotter, frames, look.framing)
+        self._solids = Solids(plotter, frames, look.framing)
+        self._ground = Ground(plotter, frames, look.framing, self._solids.faces)
         points = np.zeros((len(frames.positions(0)), 3), dtype=np.float32)
         self._cloth = self._add_cloth(plotter, points) if len(self._faces) else None
         self._threads = self._add_threads(plotter, points) if len(self._links) else None
@@ -64,7 +66,7 @@ class Panel:
             self._move_threads(self._threads, points, known, frame)
         if self._pins is not None:
             self._pins.points = points[self._pinned]
-        self._ground.show(np.where(known[:, None], positions, np.nan))
+        self._ground.show(np.where(known[:, None], positions, np.nan), self._solids.show(frame))
 
     def _move_cloth(
         self, cloth: pv.PolyData, points: NDArray[np.float32], known: NDArray[np.bool_], frame: int
@@ -72,8 +74,8 @@ class Panel:
         faces = self._faces[known[self._faces].all(axis=1)]
         cloth.points = points
         if len(faces) != cloth.n_cells:
-            cloth.faces = _cells(faces)
-        cloth.point_data["Normals"] = _normals(points, faces)
+            cloth.faces = cells(faces)
+        cloth.point_data["Normals"] = normals(points, faces)
         if self._look.color == "strain":
             cloth.point_data["stretch"] = self._look.strain.share(vertex_stretch(self._frames, frame))
 
@@ -84,12 +86,12 @@ class Panel:
         threads.points = points
         if len(shown) != threads.n_cells:
             threads.cell_data.clear()
-            threads.lines = _cells(self._springs[shown])
+            threads.lines = cells(self._springs[shown])
         if self._look.color == "strain":
             threads.cell_data["stretch"] = self._look.strain.share(self._frames.stretch(frame)[shown])
 
     def _add_cloth(self, plotter: pv.Plotter, points: NDArray[np.float32]) -> pv.PolyData:
-        cloth = pv.PolyData(points, faces=_cells(self._faces))
+        cloth = pv.PolyData(points, faces=cells(self._faces))
         cloth.point_data["Normals"] = np.ones_like(points)
         cloth.point_data.active_normals_name = "Normals"
         if self._look.color == "strain":
@@ -102,7 +104,7 @@ class Panel:
         return cloth
 
     def _add_threads(self, plotter: pv.Plotter, points: NDArray[np.float32]) -> pv.PolyData:
-        threads = pv.PolyData(points, lines=_cells(self._springs[self._links]))
+        threads = pv.PolyData(points, lines=cells(self._springs[self._links]))
         style: dict[str, Any] = {"line_width": 4 * self._look.pixels, "render_lines_as_tubes": True}
         if self._look.color == "strain":
             threads.cell_data["stretch"] = np.zeros(len(self._links), dtype=np.float32)
@@ -127,22 +129,6 @@ class Panel:
             "interpolate_before_map": True,
             "show_scalar_bar": False,
         }
-
-
-def _cells(rows: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Cells of equal size as VTK counts them: each row after its length."""
-    sizes = np.full((len(rows), 1), rows.shape[1])
-    return np.concatenate([sizes, rows], axis=1).astype(np.int64).ravel()
-
-
-def _normals(points: NDArray[np.float32], faces: NDArray[np.int32]) -> NDArray[np.float32]:
-    """Unit normals at the vertices, the faces around each weighted by area; shape (vertices, 3)."""
-    corners = points[faces].astype(np.float64)
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    sums = [np.bincount(faces.ravel(), np.repeat(axis, 3), len(points)) for axis in across.T]
-    normals = np.stack(sums, axis=1)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(normals / np.maximum(lengths, 1e-30), dtype=np.float32)
 
 
 def _add_lights(plotter: pv.Plotter, framing: Framing) -> None:

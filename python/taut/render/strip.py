@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from taut.frames import Frames
+from taut.bodies import Body
+from taut.frames import Frames, bodies_of
 from taut.render.options import RenderError, RenderOptions
 from taut.render.rendering import render_still
 
@@ -86,6 +87,9 @@ class _Moment:
 
     def velocities(self, _frame: int) -> NDArray[np.float32]:
         return self.whole.velocities(self.shown)
+
+    def bodies(self, _frame: int) -> Mapping[str, Body]:
+        return {body.name: body for body in bodies_of(self.whole, self.shown)}
 
     def stretch(self, _frame: int) -> NDArray[np.float32]:
         return self.whole.stretch(self.shown)
