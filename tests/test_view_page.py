@@ -195,3 +195,32 @@ def test_a_recording_is_scrubbed_on_a_phone(browser: Browser, recorded: Any) -> 
         assert np.array_equal(np.float32(shown).reshape(-1, 3), cache.positions(12))
         assert phone.evaluate("document.documentElement.scrollWidth") <= 390
         phone.close()
+
+
+def test_bodies_stand_and_move_where_the_engine_has_them(browser: Browser, flag: dict[str, Any]) -> None:
+    flag["body"] = [
+        {"name": "ball", "sphere": {"center": [0.7, -0.8, 0.6], "radius": 0.4}, "move": [[1, [0.6, 0, 0]]]},
+        {"name": "floor", "plane": {"normal": [0, 0, 1]}},
+        {"name": "wall", "plane": {"normal": [0, -1, 0], "point": [0, 2, 0]}},
+    ]
+    with viewing(LiveShow(Scene(flag))) as at:
+        page = browser.new_page(viewport={"width": 960, "height": 600})
+        page.goto(at.url)
+        until(page, "Boolean(window.viewer && viewer.picture && viewer.picture.frame > 5)")
+        pause(page, at)
+        for x in (None, 0.7):
+            if x is not None:
+                page.click("#reset")
+                until(page, "viewer.picture.frame === 0 && !viewer.stale")
+            shown = np.float32(page.evaluate("[...viewer.cloths[0].solids.bodies.positions]")).reshape(-1, 3)
+            body = at.show.simulations[0].bodies["ball"]
+            middle = body.positions[0]
+            assert x is None or middle[0] == x
+            np.testing.assert_allclose(np.linalg.norm(shown - middle, axis=1), body.radius, atol=1e-5)
+            column, row = projected(page, middle[None])[0].astype(int)
+            colour = pixels(page)[row, column].astype(int)
+            assert colour[2] > colour[0] + 8 and colour.max() < 220, (
+                "the ball is grey-blue and before the cloth"
+            )
+        assert page.evaluate("viewer.look.floor") == 0
+        page.close()

@@ -88,6 +88,25 @@ def normal_of(plane: Body) -> NDArray[np.float64]:
     return np.asarray((end - start) / np.linalg.norm(end - start))
 
 
+def is_level(body: Body, up: NDArray[np.floating]) -> bool:
+    """Whether a body is a plane that lies still and faces up."""
+    return body.shape == "plane" and not body.moves and bool(normal_of(body) @ up > _LEVEL)
+
+
+def floor_of(bodies: Iterable[Body], up: NDArray[np.floating], lowest: float, reach: float) -> Body | None:
+    """The highest level plane near the lowest of all heights, if there is one.
+
+    Args:
+        bodies: among which it may be.
+        up: the way up, of length 1.
+        lowest: height of the lowest point of all motion [m]; it may be a little below the floor.
+        reach: how far from there the floor may be [m].
+    """
+    levels = [body for body in bodies if is_level(body, up)]
+    near = [body for body in levels if abs(float(body.positions[0] @ up) - lowest) <= reach]
+    return max(near, key=lambda body: float(body.positions[0] @ up), default=None)
+
+
 def quad_of(plane: Body, middle: NDArray[np.floating], reach: float) -> NDArray[np.float64]:
     """Corners of a square part of a plane, counter-clockwise seen from where it faces, shape (4, 3).
 
@@ -130,6 +149,8 @@ class Skin:
 _PARTS, _RINGS = 48, 12  # of a round body: all round, and from its equator to a pole
 _SHARP = np.cos(np.radians(40.0))
 """Faces that meet at a greater angle than this meet in an edge."""
+
+_LEVEL = 0.99999  # cosine of the slope of a plane that is level
 
 _Round = tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.float64]]
 

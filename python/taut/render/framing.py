@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from taut.bodies import Body, Skin, normal_of
+from taut.bodies import Body, Skin, floor_of, is_level
 from taut.frames import Frames, bodies_of, up_axis
 
 Points = NDArray[np.float64]
@@ -26,7 +26,6 @@ _STRETCHED, _TRAVELLED = 3.0, 8.0
 # Of bodies, what is further away than so many diagonals of the motion need not be seen; so many of their
 # points say where they are.
 _NEAR, _MOST_POINTS = 1.5, 2000
-_LEVEL = 0.99999  # cosine of the slope of a plane that is level
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,8 @@ def frame_motion(panels: Sequence[Frames], aspect: float) -> Framing:
     lowest, tallness = float(heights.min()), max(float(np.ptp(heights)), 0.25 * size)
     # The world's own ground, if it is near.
     ground = 0.0 if 0 <= lowest <= 0.4 * tallness else lowest - 0.08 * tallness
-    ground = _floor(panels, up, lowest, 2 * size, ground)
+    floor = floor_of([body for panel in panels for body in bodies_of(panel, 0)], up, lowest, 2 * size)
+    ground = ground if floor is None else float(floor.positions[0] @ up)
     footprint = _shadow(points, up, right, away, ground)
     below = np.concatenate([footprint, points - np.outer(heights - ground, up)])
     middle = (below.min(axis=0) + below.max(axis=0)) / 2
@@ -132,22 +132,9 @@ def _with_bodies(frames: Frames, motion: Points) -> Points:
     return np.concatenate(found)
 
 
-def _floor(panels: Sequence[Frames], up: Points, lowest: float, reach: float, otherwise: float) -> float:
-    """Height of the highest plane that lies still below all motion, and faces up, not far away."""
-    planes = [body for panel in panels for body in bodies_of(panel, 0) if body.shape == "plane"]
-    heights = [float(plane.positions[0] @ up) for plane in planes if _is_level(plane, up)]
-    # Cloth and bodies may lie on it, or reach a little below it.
-    near = [height for height in heights if lowest - reach <= height <= lowest + reach]
-    return max(near, default=otherwise)
-
-
 def is_floor(plane: Body, up: Points, ground: float) -> bool:
     """Whether the ground of a picture shows a plane."""
-    return _is_level(plane, up) and bool(np.isclose(plane.positions[0] @ up, ground, atol=1e-6))
-
-
-def _is_level(plane: Body, up: Points) -> bool:
-    return not plane.moves and bool(normal_of(plane) @ up > _LEVEL)
+    return is_level(plane, up) and bool(np.isclose(plane.positions[0] @ up, ground, atol=1e-6))
 
 
 def _ground_directions(frames: Frames, axis: int) -> tuple[Points, Points]:

@@ -13,9 +13,10 @@ from taut.view import controls, wire
 from taut.view.board import Client
 from taut.view.hands import Hands, hand_over
 from taut.view.pace import Pace
-from taut.view.picture import Mesh, pack_layout, pack_picture
+from taut.view.picture import Mesh, pack_layout, pack_picture, up_of
 from taut.view.runs import Run, Wish, build
 from taut.view.show import Show
+from taut.view.solids import Solids
 
 
 class LiveShow(Show):
@@ -38,6 +39,7 @@ class LiveShow(Show):
         self._wish = self._running = Wish()
         self._runs = build(scene, self._wish, None, threads)
         self._rest = self._runs[0].simulation.exact_positions
+        self._solids = Solids(self._first.bodies, self._rest, up_of(self._document))
         self._building: tuple[Wish, Future[list[Run]]] | None = None
         self._builder = ThreadPoolExecutor(1, "taut-build")
         self._frame = 0
@@ -218,11 +220,13 @@ class LiveShow(Show):
             simulation.rest_length,
             simulation.pin_groups,
             [cloth.first_vertex for cloth in simulation.cloths],
+            self._solids,
+            simulation.bodies,
         )
         return pack_layout([mesh], self._document, live=True)
 
     def _show(self) -> None:
-        panels = [run.panel() for run in self._runs]
+        panels = [run.panel(self._solids) for run in self._runs]
         header = {
             "time": self._first.time,
             "frame": self._frame,

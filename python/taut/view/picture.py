@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from taut.bodies import Body
+from taut.view.solids import Solids
 from taut.view.wire import finite, pack
 
 _TYPE2 = 2
@@ -27,6 +29,10 @@ class Mesh:
     """Vertices of each pin group."""
     first_vertices: Sequence[int]
     """Of each cloth."""
+    solids: Solids
+    """The bodies beside it."""
+    bodies: Mapping[str, Body]
+    """Where they are at the start."""
 
 
 def pack_layout(meshes: Sequence[Mesh], scene: Mapping[str, Any], live: bool) -> bytes:
@@ -45,11 +51,19 @@ def pack_layout(meshes: Sequence[Mesh], scene: Mapping[str, Any], live: bool) ->
         arrays[f"faces{index}"] = mesh.faces
         arrays[f"springs{index}"] = mesh.springs[limited]
         arrays[f"lengths{index}"] = mesh.rest_length[limited]
+        arrays[f"solid_faces{index}"] = mesh.solids.faces
+        arrays[f"square_faces{index}"] = mesh.solids.square_faces
+        arrays |= mesh.solids.arrays(mesh.bodies, index)
         pins = [group.tolist() for group in mesh.pins if len(group)]
-        described.append({"pins": pins, "first_vertices": list(mesh.first_vertices)})
-    up = 1 if scene.get("up") == "y" else 2
-    header = {"type": "layout", "live": live, "up": up, "meshes": described}
+        floor = mesh.solids.floor
+        described.append({"pins": pins, "first_vertices": list(mesh.first_vertices), "floor": floor})
+    header = {"type": "layout", "live": live, "up": up_of(scene), "meshes": described}
     return pack(header, arrays)
+
+
+def up_of(scene: Mapping[str, Any]) -> int:
+    """Index of the axis that points up in a resolved scene: 2 (z) or 1 (y)."""
+    return 1 if scene.get("up") == "y" else 2
 
 
 @dataclass(frozen=True)
@@ -71,6 +85,10 @@ class Panel:
     """Kinetic, elastic, potential [J]."""
     ms: float
     """Cost of a frame [ms]."""
+    solids: Solids
+    """The bodies beside it."""
+    bodies: Mapping[str, Body]
+    """Where they are."""
 
     def describe(self) -> dict[str, Any]:
         """Its numbers as JSON values."""
@@ -95,4 +113,7 @@ def pack_picture(number: int, header: Mapping[str, Any], panels: Sequence[Panel]
     """
     described = [panel.describe() for panel in panels]
     arrays = {f"positions{index}": panel.positions for index, panel in enumerate(panels)}
+    for index, panel in enumerate(panels):
+        if panel.solids.moves:
+            arrays |= panel.solids.arrays(panel.bodies, index)
     return pack({"type": "picture", "number": number, **header, "panels": described}, arrays)

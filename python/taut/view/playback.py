@@ -9,8 +9,9 @@ from taut.cache import Cache
 from taut.errors import CacheError
 from taut.frames import frame_rate
 from taut.view import wire
-from taut.view.picture import Mesh, Panel, pack_layout, pack_picture
+from taut.view.picture import Mesh, Panel, pack_layout, pack_picture, up_of
 from taut.view.show import Show
+from taut.view.solids import Solids
 
 _LEAST_PAUSE = 1 / 61
 """Pictures do not follow each other faster than this [s]; at high speed frames are left out."""
@@ -35,7 +36,9 @@ class PlaybackShow(Show):
         self._playing, self._loop = True, True
         self._speed = 1.0
         self._since, self._begun = time.perf_counter(), 0
-        meshes = [_mesh(cache) for cache in self._caches]
+        up = up_of(self._caches[0].scene)
+        self._solids = [Solids(cache.bodies(0), cache.positions(0), up) for cache in self._caches]
+        meshes = [_mesh(cache, solids) for cache, solids in zip(self._caches, self._solids, strict=True)]
         self.board.layout = pack_layout(meshes, self._caches[0].scene, live=False)
         self._tell()
         self._show()
@@ -134,13 +137,23 @@ class PlaybackShow(Show):
             worst=float(numbers["worst_stretch"][frame]),
             energies=[float(numbers[name][frame]) for name in energies],
             ms=float(numbers["ms"][frame]),
+            solids=self._solids[index],
+            bodies=cache.bodies(frame) if self._solids[index].moves else {},
         )
 
 
-def _mesh(cache: Cache) -> Mesh:
-    firsts = [int(cloth["first_vertex"]) for cloth in cache.attributes["cloths"]]
-    rest = cache.positions(0)
-    return Mesh(rest, cache.faces, cache.springs, cache.spring_kind, cache.rest_length, [cache.pins], firsts)
+def _mesh(cache: Cache, solids: Solids) -> Mesh:
+    return Mesh(
+        cache.positions(0),
+        cache.faces,
+        cache.springs,
+        cache.spring_kind,
+        cache.rest_length,
+        [cache.pins],
+        [int(cloth["first_vertex"]) for cloth in cache.attributes["cloths"]],
+        solids,
+        cache.bodies(0),
+    )
 
 
 def _limits(cache: Cache) -> list[float]:

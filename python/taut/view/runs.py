@@ -7,6 +7,7 @@ from taut.scene import Scene
 from taut.simulation import Simulation
 from taut.view.hands import weights
 from taut.view.picture import Panel
+from taut.view.solids import Solids
 
 _BARE = ("solver.filter=none", "solver.substeps=auto")
 """What makes a scene the bare mass-spring cloth."""
@@ -61,8 +62,8 @@ class Run:
         ms = 1e3 * (time.perf_counter() - start)
         self.ms += (_SHARE if self.ms else 1.0) * (ms - self.ms)
 
-    def panel(self) -> Panel:
-        """What is shown of it."""
+    def panel(self, solids: Solids) -> Panel:
+        """What is shown of it, beside `solids`."""
         report = self.simulation.report
         return Panel(
             mesh=0,
@@ -73,6 +74,8 @@ class Run:
             worst=report.worst_stretch,
             energies=(report.kinetic_energy, report.elastic_energy, report.potential_energy),
             ms=self.ms,
+            solids=solids,
+            bodies=self.simulation.bodies if solids.moves else {},
         )
 
 

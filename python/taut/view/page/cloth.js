@@ -13,6 +13,8 @@ export class Mesh {
     this.springs = arrays[`springs${index}`];
     this.lengths = arrays[`lengths${index}`];
     this.pins = layout.meshes[index].pins;
+    /** Height of the plane on which everything stands, or null. */
+    this.floor = layout.meshes[index].floor;
     this.pinned = new Map();
     this.pins.forEach((group, number) => group.forEach((vertex) => this.pinned.set(vertex, number)));
     this.vertices = this.rest.length / 3;
@@ -97,8 +99,10 @@ export class Mesh {
 }
 
 export class Cloth {
-  constructor(mesh) {
+  /** `solids` are the bodies beside it. */
+  constructor(mesh, solids) {
     this.mesh = mesh;
+    this.solids = solids;
     this.positions = mesh.rest;
     this.normals = new Float32Array(mesh.rest.length);
     this.stretch = new Float32Array(mesh.vertices);
@@ -110,27 +114,12 @@ export class Cloth {
   /** Take new positions; `limits`: the largest stretch allowed in each cloth. */
   update(positions, limits) {
     this.positions = this.mesh.turned(positions);
-    this.findNormals();
+    normalsOf(this.mesh.faces, this.positions, this.normals);
     this.measure(limits);
   }
 
   at(vertex) {
     return [this.positions[3 * vertex], this.positions[3 * vertex + 1], this.positions[3 * vertex + 2]];
-  }
-
-  findNormals() {
-    const { faces } = this.mesh;
-    const { positions: p, normals: n } = this;
-    n.fill(0);
-    for (let i = 0; i < faces.length; i += 3) {
-      const a = 3 * faces[i], b = 3 * faces[i + 1], c = 3 * faces[i + 2];
-      const ux = p[b] - p[a], uy = p[b + 1] - p[a + 1], uz = p[b + 2] - p[a + 2];
-      const vx = p[c] - p[a], vy = p[c + 1] - p[a + 1], vz = p[c + 2] - p[a + 2];
-      const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
-      n[a] += x; n[a + 1] += y; n[a + 2] += z;
-      n[b] += x; n[b + 1] += y; n[b + 2] += z;
-      n[c] += x; n[c + 1] += y; n[c + 2] += z;
-    }
   }
 
   /** Stretch of each vertex: that of its longest spring. And the springs over their limit. */
@@ -189,6 +178,20 @@ export class Cloth {
       }
     }
     return found;
+  }
+}
+
+/** Normals at the corners of triangles, which of larger ones count more; of any length. */
+export function normalsOf(faces, p, n) {
+  n.fill(0);
+  for (let i = 0; i < faces.length; i += 3) {
+    const a = 3 * faces[i], b = 3 * faces[i + 1], c = 3 * faces[i + 2];
+    const ux = p[b] - p[a], uy = p[b + 1] - p[a + 1], uz = p[b + 2] - p[a + 2];
+    const vx = p[c] - p[a], vy = p[c + 1] - p[a + 1], vz = p[c + 2] - p[a + 2];
+    const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+    n[a] += x; n[a + 1] += y; n[a + 2] += z;
+    n[b] += x; n[b + 1] += y; n[b + 2] += z;
+    n[c] += x; n[c + 1] += y; n[c + 2] += z;
   }
 }
 

@@ -1,4 +1,4 @@
-/** Draws cloths side by side: floor, shadows, cloth, pins, wind, springs over their limit. */
+/** Draws cloths side by side: floor, shadows, cloth, bodies, pins, wind, springs over their limit. */
 
 import { along, add, length, lookAt, multiply, orthographic, scale, unit } from "./math.js";
 import { LEVELS, ramp, topOf } from "./scale.js";
@@ -9,6 +9,8 @@ const BACKGROUND = [0.902, 0.918, 0.933];
 const SUN = unit([-0.35, -0.62, 0.95]);
 const SHADOW_SIZE = 1024;
 const IDENTITY = along([0, 0, 1], 1, [0, 0, 0]);
+const STONE = [0.55, 0.62, 0.69];
+const PLANE = [0.78, 0.82, 0.86];
 const COLOURINGS = { fabric: 0, grid: 1, strain: 2 };
 
 export class Drawing {
@@ -66,6 +68,19 @@ export class Drawing {
       gl.bindBuffer(gl.ARRAY_BUFFER, cloth.onCard[name]);
       gl.bufferData(gl.ARRAY_BUFFER, cloth[name], gl.DYNAMIC_DRAW);
     }
+    for (const solid of cloth.solids.all) this.uploadSolid(solid);
+  }
+
+  /** Send the triangles of bodies, if they moved. */
+  uploadSolid(solid) {
+    const { gl } = this;
+    solid.onCard ??= { faces: this.buffer(solid.faces, gl.ELEMENT_ARRAY_BUFFER), positions: gl.createBuffer(), normals: gl.createBuffer() };
+    if (!solid.isNew) return;
+    solid.isNew = false;
+    for (const name of ["positions", "normals"]) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, solid.onCard[name]);
+      gl.bufferData(gl.ARRAY_BUFFER, solid[name], gl.DYNAMIC_DRAW);
+    }
   }
 
   /** Free what a cloth has on the card. */
@@ -89,6 +104,7 @@ export class Drawing {
       const light = { sun: SUN, eye: look.eye, sunMatrix: sun, camera: view.camera };
       this.drawFloor(light, look);
       this.drawCloth(view.cloth, light, look);
+      this.drawBodies(view.cloth.solids, light);
       this.drawLines(view, look);
       this.drawSolids(view, light, look);
     }
@@ -113,7 +129,9 @@ export class Drawing {
     gl.viewport(0, 0, SHADOW_SIZE, SHADOW_SIZE);
     gl.clear(gl.DEPTH_BUFFER_BIT);
     this.use("depth", { camera });
-    this.triangles(cloth);
+    this.triangles(cloth.onCard.positions, cloth.mesh.onCard.faces, cloth.mesh.faces.length);
+    const { bodies } = cloth.solids;
+    if (bodies.faces.length) this.triangles(bodies.onCard.positions, bodies.onCard.faces, bodies.faces.length);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return camera;
   }
@@ -138,15 +156,32 @@ export class Drawing {
     this.attribute(1, cloth.onCard.normals, 3);
     this.attribute(2, cloth.onCard.stretch, 1);
     this.attribute(3, cloth.mesh.onCard.texture, 2);
-    this.triangles(cloth);
+    this.triangles(cloth.onCard.positions, cloth.mesh.onCard.faces, cloth.mesh.faces.length);
     this.clean(4);
   }
 
-  triangles(cloth) {
+  drawBodies({ bodies, squares }, light) {
     const { gl } = this;
-    this.attribute(0, cloth.onCard.positions, 3);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, cloth.mesh.onCard.faces);
-    gl.drawElements(gl.TRIANGLES, cloth.mesh.faces.length, gl.UNSIGNED_INT, 0);
+    this.body(bodies, STONE, light);
+    // From behind a plane would hide what it holds up.
+    gl.enable(gl.CULL_FACE);
+    this.body(squares, PLANE, light);
+    gl.disable(gl.CULL_FACE);
+  }
+
+  body({ onCard, faces }, paint, light) {
+    if (!faces.length) return;
+    this.use("body", { ...light, paint });
+    this.attribute(1, onCard.normals, 3);
+    this.triangles(onCard.positions, onCard.faces, faces.length);
+    this.clean(2);
+  }
+
+  triangles(positions, faces, count) {
+    const { gl } = this;
+    this.attribute(0, positions, 3);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, faces);
+    gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
   }
 
   drawLines(view, look) {

@@ -9,6 +9,7 @@ import { Plot } from "./plots.js";
 import { Pointer } from "./pointer.js";
 import { Film, saveStill } from "./save.js";
 import { drawLegend } from "./scale.js";
+import { Solids } from "./solids.js";
 import { Wire } from "./wire.js";
 
 const $ = (id) => document.getElementById(id);
@@ -73,16 +74,19 @@ class Viewer {
   takeLayout(layout) {
     $("lost").hidden = true;
     this.live = layout.live;
-    for (const cloth of [...this.cloths, ...this.meshes]) this.drawing.forget(cloth);
+    for (const old of [...this.cloths, ...this.cloths.flatMap(({ solids }) => solids.all), ...this.meshes]) this.drawing.forget(old);
+    this.layout = layout;
     this.meshes = layout.meshes.map((_, index) => new Mesh(layout, index));
     this.cloths = [];
     this.picture = this.waiting = null;
-    const { low, high } = this.meshes[0].box();
+    const { low, high } = new Solids(layout, 0, this.meshes[0]).widened(this.meshes[0].box());
     this.look.radius = Math.max(0.05, 0.5 * length(sub(high, low)));
     this.look.centre = scale(add(low, high), 0.5);
     this.look.cell = 10 ** Math.round(Math.log10(this.look.radius / 8));
     this.look.floor = Math.min(0, low[2]);
     if (low[2] > 3 * this.look.radius) this.look.floor = low[2] - this.look.radius;
+    const { floor } = this.meshes[0];
+    if (floor !== null) this.look.floor = floor;
     this.goHome();
     for (const id of ["seek", "looping"]) $(id).hidden = this.live;
     for (const id of ["limiting", "controls"]) $(id).hidden = !this.live;
@@ -151,13 +155,16 @@ class Viewer {
     this.waiting = null;
     this.picture = picture;
     while (this.cloths.length < picture.panels.length) {
-      this.cloths.push(new Cloth(this.meshes[picture.panels[this.cloths.length].mesh]));
+      const index = picture.panels[this.cloths.length].mesh;
+      this.cloths.push(new Cloth(this.meshes[index], new Solids(this.layout, index, this.meshes[index])));
     }
-    for (const cloth of this.cloths.splice(picture.panels.length)) this.drawing.forget(cloth);
+    for (const cloth of this.cloths.splice(picture.panels.length)) for (const one of [cloth, ...cloth.solids.all]) this.drawing.forget(one);
     picture.panels.forEach((panel, index) => {
       const cloth = this.cloths[index];
       cloth.update(picture.arrays[`positions${index}`], panel.limits);
+      cloth.solids.update(picture.arrays[`solids${index}`], picture.arrays[`squares${index}`]);
       this.drawing.upload(cloth);
+      if (this.meshes[0].floor !== null) return;
       for (let i = 2; i < cloth.positions.length; i += 3) {
         if (cloth.positions[i] < this.look.floor) this.look.floor = cloth.positions[i];
       }

@@ -140,6 +140,33 @@ void main() {
 }`,
 };
 
+const body = {
+  vertex: `${HEAD}
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+uniform mat4 camera;
+out vec3 place; out vec3 turned;
+void main() {
+  place = position; turned = normal;
+  gl_Position = camera * vec4(position, 1.0);
+}`,
+  fragment: `${HEAD}${LIGHT}
+in vec3 place; in vec3 turned;
+uniform vec3 paint;
+out vec4 colour;
+void main() {
+  vec3 n = normalize(turned);
+  // Of meshes that are open, both sides are seen.
+  if (dot(n, eye - place) < 0.0) n = -n;
+  float facing = dot(n, sun);
+  float bright = sunlight(place + 0.004 * n, 1.0 - abs(facing));
+  vec3 light = mix(EARTH, SKY, 0.5 + 0.5 * n.z) * 0.68 + SUN * bright * max(facing, 0.0);
+  vec3 halfway = normalize(sun + normalize(eye - place));
+  float gloss = 0.08 * bright * pow(max(dot(n, halfway), 0.0), 24.0) * step(0.0, facing);
+  colour = vec4(toScreen(fromScreen(paint) * light + gloss), 1.0);
+}`,
+};
+
 /** Segments as ribbons of some pixels, a little nearer to the eye than they are. */
 const lines = {
   vertex: `${HEAD}
@@ -165,7 +192,7 @@ out vec4 colour;
 void main() { colour = paint; }`,
 };
 
-export const SHADERS = { cloth, depth, floor, solid, lines };
+export const SHADERS = { cloth, depth, floor, body, solid, lines };
 
 /** A program with the places of its uniforms. */
 export function compile(gl, { vertex, fragment }) {
