@@ -22,6 +22,10 @@ SCENE: dict[str, Any] = {
         {"grid": {"cells": [6, 4]}, "pins": [{"edge": "left"}], "translate": [9e3, 0, 0]},
         {"name": "near", "grid": {"cells": [3, 3]}, "pins": [{"corner": "top-left"}]},
     ],
+    "body": [
+        {"name": "crate", "box": {"center": [0, 50, 0], "size": [1, 1, 1]}},
+        {"name": "ball", "sphere": {"center": [0, -50, 0], "radius": 1}, "move": [[1.0, [0, 0, 1]]]},
+    ],
 }
 CONSTANT = ("time", "faces", "springs", "pins", "spring_kind", "rest_length", "strain_limit")
 MOVING = ("positions", "velocities", "origins", "local_positions", "exact_positions", "past", "stretch")
@@ -98,6 +102,8 @@ def read(path: Path) -> dict[str, Any]:
     found.pop("diagnostics ms", None)
     for frame in range(cache.frames):
         found |= {f"{name} {frame}": getattr(cache, name)(frame) for name in MOVING}
+        for name, body in cache.bodies(frame).items():
+            found |= {f"{name} {frame}": body.positions, f"{name} {frame} triangles": body.triangles}
     return found
 
 
