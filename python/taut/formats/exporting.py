@@ -25,7 +25,8 @@ def export(
     Args:
         frames: what to export.
         to: one of the :data:`EXPORTERS`: ``obj`` and ``ply`` fill a folder with one file a frame, ``pc2``
-            writes one file.
+            writes one file. Beside ``obj`` files there is ``bodies.obj`` if the scene has bodies, or
+            ``bodies_0000.obj`` and so on if they may move; the other formats leave them out.
         out: the folder or file to make.
         overwrite: replace what an earlier export left there.
         progress: told how many frames are done and how many there are.

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from taut.formats.obj_bodies import BodyFiles
 from taut.formats.writing import Places, write_folder
 from taut.frames import Frames, Progress, links
 
@@ -14,12 +15,14 @@ def export_obj(frames: Frames, out: Path, overwrite: bool, progress: Progress | 
 
     Positions have nine significant digits, with which a float32 is read back as it was, and more far from the
     origin. Springs that no
-    triangle shows (nets, chains) become line elements.
+    triangle shows (nets, chains) become line elements. Bodies have files of their own:
+    :class:`taut.formats.obj_bodies.BodyFiles`.
 
     Raises:
         ExportError: see :func:`taut.formats.export`.
     """
     title = " ".join(frames.title.split())
+    bodies = BodyFiles(frames)
     topology = _elements("f", frames.faces) + _elements("l", frames.springs[links(frames)])
 
     def write(stem: Path, frame: int, positions: Places) -> None:
@@ -28,6 +31,7 @@ def export_obj(frames: Frames, out: Path, overwrite: bool, progress: Progress | 
         vertices = (line * len(positions)) % tuple(positions.ravel().tolist())
         with stem.with_suffix(".obj").open("w", encoding="utf-8", newline="\n") as file:
             file.write(head + vertices + topology)
+        bodies.write(stem, frame)
 
     write_folder(frames, out, write, overwrite, progress)
 

@@ -71,7 +71,7 @@ def write_folder(
         ExportError: see :func:`checked_frames` and :func:`taut.output.whole_folder`.
     """
     digits = max(4, len(str(frames.frames - 1)))
-    ours = re.compile(r"frame_\d{4,}\.(obj|ply)").fullmatch
+    ours = re.compile(r"frame_\d{4,}\.(obj|ply)|bodies(_\d{4,})?\.obj").fullmatch
     with whole_folder(out, overwrite, lambda name: ours(name) is not None, ExportError) as folder:
         for frame, positions in checked_frames(frames, progress):
             write(folder / f"frame_{frame:0{digits}d}", frame, positions)
