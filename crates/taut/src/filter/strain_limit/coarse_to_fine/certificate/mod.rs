@@ -103,7 +103,8 @@ impl Certificate {
             self.field.find(&proposal, model);
             lost += self.shorten(model, state, ends, frame, step);
             if admissible(ends) || tightened && self.nothing_grows(model, &state.positions, ends) {
-                return Verdict { cut: true, held_back_pins: frame.is_none(), lost_motion: part(lost, all) };
+                let held_back_pins = frame.is_none() && !self.is_free();
+                return Verdict { cut: true, held_back_pins, lost_motion: part(lost, all) };
             }
         }
         // The last resort is X itself, whatever pins are asked for: those that move alike but for rounding would creep away from
