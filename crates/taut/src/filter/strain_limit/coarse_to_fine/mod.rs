@@ -90,6 +90,8 @@ const STUBBORN: usize = 100;
 /// A cloth hangs calm where its limit takes all of the proposed step but for this part of its kinetic energy. There a cycle more or less
 /// would be seen as a jerk: as many cycles as were needed are taken from then on, until it moves.
 const CALM: f64 = 0.1;
+/// .. but no more than so many where it touches something: sweeps over rows in turn with them never end at once.
+const MOST_IF_TOUCHED: u32 = 12;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 

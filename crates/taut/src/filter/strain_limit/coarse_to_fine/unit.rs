@@ -216,6 +216,8 @@ impl Unit {
                 _ => 1.0,
             };
             self.remember(state, descent, left_of_energy);
+            let cycles = &mut state.calm[self.index].cycles;
+            *cycles = (*cycles).min(MOST_IF_TOUCHED);
             return 0.0;
         }
         let mut left_of_energy = self.hand_out(frame, energy, pool);
