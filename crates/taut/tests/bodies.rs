@@ -338,7 +338,7 @@ fn a_model_is_told_apart_by_its_bodies() {
 #[test]
 fn bodies_without_keyframes_stay_to_the_last_bit() {
     let prepared = prepared(&body(json!({ "box": { "center": [0.1, 0.2, 0.3], "size": [1, 2, 3], "rotate": [1, 2, 3] } })));
-    assert!(!prepared.inputs.bodies.any_moves());
+    assert!(!prepared.inputs.bodies.any_moves() && !prepared.inputs.bodies.moves(0));
     for time in [0.0, 0.7, 1e6] {
         assert_eq!(places(&prepared, time), prepared.model.bodies.rest);
     }
@@ -354,6 +354,7 @@ fn a_body_turns_about_its_line_and_then_moves() {
     }] }));
     let prepared = prepared(&scene);
     assert!(prepared.inputs.bodies.any_moves());
+    assert_eq!([0, 1].map(|body| prepared.inputs.bodies.moves(body)), [false, true]);
     assert_eq!(places(&prepared, 0.0), prepared.model.bodies.rest, "to the last bit");
     // Angle [degrees], displacement along x [m].
     for (time, angle, way) in
