@@ -28,7 +28,9 @@ const TRIANGLE: u64 = 230;
 /// Of a point of a network, as it is read.
 const POINT: u64 = 250;
 /// Of a spring outside of grids, in the levels of "coarse_to_fine".
-const LEVELS: u64 = 155;
+const LEVELS: u64 = 230;
+/// Of a vertex that can touch something: its neighbours, its trees and the pairs of a step; grids have levels of their own then.
+const CONTACT: u64 = 1050;
 /// Of a spring, in the matrix of an implicit method.
 const MATRIX: u64 = 150;
 /// Of a spring, as a constraint of "xpbd".
@@ -91,9 +93,11 @@ impl Footprint {
         let bends = cloth.bending() > 0.0 || cloth.curves.as_ref().is_some_and(|curves| curves.bending.is_some());
         let bending = if buckles { BENDING[3] * vertices } else { bending };
         let flexion = if cloth.flexion_stiffness > 0.0 { 2 * vertices } else { 0 };
+        // What can touch anything has been given a thickness.
+        let touches = cloth.thickness.is_some();
         let each = |applies: bool, bytes: u64| if applies { bytes } else { 0 };
         let of_spring = SPRING
-            + each(solver.filter == FilterKind::CoarseToFine && cloth.grid.is_none(), LEVELS)
+            + each(solver.filter == FilterKind::CoarseToFine && (cloth.grid.is_none() || touches), LEVELS)
             + each(solver.integrator.is_implicit(), MATRIX)
             + each(solver.filter == FilterKind::Xpbd, COMPLIANCE)
             + each(solver.filter == FilterKind::FastProjection, FACTORS)
@@ -103,7 +107,7 @@ impl Footprint {
         Self {
             vertices,
             springs,
-            memory: (VERTEX + each(cloth.network.is_some(), POINT)) * vertices
+            memory: (VERTEX + each(cloth.network.is_some(), POINT) + each(touches, CONTACT)) * vertices
                 + of_spring * springs
                 + TRIANGLE * triangles
                 + each(bends, bending),
