@@ -113,7 +113,7 @@ impl Touch {
                 unit.stand(state, &self.proposed, &model.particles.inverse_mass, descent);
             }
         }
-        let mut rounds = ROUNDS;
+        let mut rounds = ROUNDS.min(model.solver.iterations() as usize);
         for attempt in 0.. {
             self.solve(units, model, rounds, pool); // 2
             ends.clone_from(&self.proposed);
