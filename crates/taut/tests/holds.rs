@@ -245,3 +245,24 @@ fn a_panic_inside_a_step_leaves_no_trace_and_no_waiting_threads() {
         assert_eq!(run.state.hash(), expected, "{threads} threads: further steps");
     }
 }
+
+#[test]
+fn what_no_spring_is_tied_to_goes_its_own_way() {
+    // A link that swings over its limit, a lone point that is pinned beside its end, and one that falls.
+    let points = json!([[0, 0, 0], [0, 0, 0], [0, 0, 1], [0, 1, 0], [5, 0, 0]]);
+    let net = json!({ "points": points, "links": [[0, 2], [0, 3]], "mass": 0.001 });
+    let cloth =
+        json!({ "network": net, "strain_limit": 0.01, "stiffness": 1.0, "air_drag": 0.0, "pins": [{ "vertices": [2, 1] }] });
+    let mut run = Simulation::new(&json!({ "cloth": [cloth] }));
+    let (mut limited, mut time) = (0, 0.0);
+    for _ in 0..60 {
+        limited += run.steps(1).limited_steps;
+        time += run.step_length();
+        assert_eq!(run.state.positions.get(1), glam::Vec3::ZERO, "at {time} s");
+        assert_eq!(run.state.positions.get(2), glam::Vec3::Z, "at {time} s");
+        let fallen = -0.5 * 9.81 * time * time;
+        let lone = run.state.positions.get(4);
+        assert!((f64::from(lone.z) - fallen).abs() < 0.1 * time && lone.y == 0.0, "{lone} at {time} s instead of {fallen}");
+    }
+    assert!(limited > 3, "{limited}");
+}

@@ -144,6 +144,8 @@ trait Levels: Send {
     fn over(&self, enough: f32, visit: &mut dyn FnMut([usize; 2]));
     /// From where one particle ends so far to where another does [m].
     fn between(&self, from: usize, to: usize) -> Vec3;
+    /// Whether any spring is tied to a particle: others the levels do not know, and leave alone.
+    fn knows(&self, particle: usize) -> bool;
     /// How far a particle goes so far [m].
     fn displacement(&self, particle: usize) -> Vec3;
     /// Moves the end of a particle [m].

@@ -55,7 +55,8 @@ impl Touch {
         let contact = Contact::new(model)?;
         let mut where_is = vec![(NONE, 0); model.particle_count()];
         for (index, unit) in (0..).zip(units) {
-            (0..).zip(&mut where_is[unit.cloth().particles()]).for_each(|(own, place)| *place = (index, own));
+            let own = (0..).zip(&mut where_is[unit.cloth().particles()]);
+            own.filter(|(own, _)| unit.levels().knows(*own as usize)).for_each(|(own, place)| *place = (index, own));
         }
         Some(Self {
             contact,

@@ -30,10 +30,13 @@ const LOCAL_ROUNDS: usize = 2;
 /// cycles; not where cloth hangs calm, since what is pulled too far would be seen as jerks.
 const OVER_RELAXATION: f32 = 1.5;
 
+/// The place of a particle that no spring is tied to.
+const NOWHERE: u32 = u32::MAX;
+
 /// The levels of one cloth, finest first.
 pub(super) struct GeneralLevels {
     levels: Vec<Level>,
-    /// The particle at each place of the finest level, and the place of each particle of the cloth.
+    /// The particle at each place of the finest level, and the place of each particle of the cloth: nowhere if nothing is tied to it.
     particles: Vec<u32>,
     places: Vec<u32>,
     /// The first particle of the cloth.
@@ -68,7 +71,7 @@ impl GeneralLevels {
         let count = particles.len();
         let weights: Vec<f32> = levels[0].d.iter().map(|quad| quad.w).collect();
         let springs = hierarchy.levels[0].springs.iter().map(|&(ends, length)| (ends, stretch * length));
-        let mut places = vec![0; cloth.count];
+        let mut places = vec![NOWHERE; cloth.count];
         (0..).zip(&particles).for_each(|(place, &particle)| places[particle as usize - cloth.first] = place);
         Self {
             forest: Forest::new(springs, &weights),
@@ -236,6 +239,10 @@ impl Levels for GeneralLevels {
         ((self.x[to] - self.x[from]) + (d[to] - d[from])).xyz()
     }
 
+    fn knows(&self, particle: usize) -> bool {
+        self.places[particle] != NOWHERE
+    }
+
     fn displacement(&self, particle: usize) -> Vec3 {
         self.levels[0].d[self.places[particle] as usize].xyz()
     }
@@ -256,7 +263,12 @@ impl Levels for GeneralLevels {
         let all = self.first..self.first + self.places.len();
         ends.for_each_part_of_two(corrections, all, CHUNK, pool, |mut ends, mut corrections| {
             for particle in ends.first..ends.first + ends.x.len() {
-                let place = self.places[particle - self.first] as usize;
+                let place = self.places[particle - self.first];
+                if place == NOWHERE {
+                    corrections.set(particle, Vec3::ZERO);
+                    continue;
+                }
+                let place = place as usize;
                 let (start, after) = (positions.get(particle), self.corrected.get(place));
                 let before = ends.get(particle) - start;
                 let corrected = self.weights[place] > 0.0 && after != before;

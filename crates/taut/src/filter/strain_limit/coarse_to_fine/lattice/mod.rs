@@ -214,6 +214,10 @@ impl Levels for LatticeLevels {
         finest.p.get(finest.place_of(to)) - finest.p.get(finest.place_of(from))
     }
 
+    fn knows(&self, _: usize) -> bool {
+        true
+    }
+
     fn displacement(&self, particle: usize) -> Vec3 {
         let Level { x, p, .. } = &self.levels[0];
         let place = self.levels[0].place_of(particle);
