@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Simulation, mesh_scene};
+use common::{Simulation, crooked, mesh_scene};
 use glam::DVec3;
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -12,20 +12,8 @@ use taut::model::MeshData;
 
 /// A sheet of so many cells along each side, crooked but for its border; `place` takes coordinates from 0 to 1.
 fn sheet(cells: u32, place: impl Fn(f64, f64) -> DVec3) -> MeshData {
-    let random = |seed: u32| (f64::from(seed) * 0.618_034).fract() - 0.5;
-    let mut mesh = MeshData::default();
-    for vertex in 0..(cells + 1) * (cells + 1) {
-        let (i, j) = (vertex % (cells + 1), vertex / (cells + 1));
-        let off = |at: u32, seed: u32| if at == 0 || at == cells { 0.0 } else { 0.5 * random(seed) };
-        let [u, v] = [(i, 7 * vertex), (j, 13 * vertex + 3)].map(|(at, seed)| (f64::from(at) + off(at, seed)) / f64::from(cells));
-        mesh.vertices.push(place(u, v).into());
-    }
-    for cell in 0..cells * cells {
-        let a = i64::from(cell / cells * (cells + 1) + cell % cells);
-        let [b, c, d] = [a + 1, a + i64::from(cells) + 2, a + i64::from(cells) + 1];
-        mesh.corners.extend(if random(5 * cell) < 0.0 { [a, b, c, a, c, d] } else { [a, b, d, b, c, d] });
-        mesh.counts.extend([3, 3]);
-    }
+    let mut mesh = crooked(cells);
+    mesh.vertices.iter_mut().for_each(|vertex| *vertex = place(vertex[0], vertex[1]).into());
     mesh
 }
 

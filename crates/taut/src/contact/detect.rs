@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Places;
 use super::proximity::Kind;
-use super::surfaces::{Surfaces, single};
+use super::surfaces::Surfaces;
 use super::tree::{Bounds, Leaf, Tree};
 
 /// Boxes are wider by this part of the largest coordinate: places are rounded to single precision.
@@ -35,22 +35,22 @@ impl Detection {
         pairs.clear();
         let half = 0.5 * margin as f32;
         for ((bounds, x), end) in bounds.iter_mut().zip(&places.x).zip(&places.ends) {
-            let (x, end) = (single(*x), single(*end));
+            let (x, end) = (x.as_vec3(), end.as_vec3());
             let wide = Vec3::splat(half + ROUNDING * x.abs().max(end.abs()).max_element());
             *bounds = Bounds { low: x.min(end) - wide, high: x.max(end) + wide };
         }
-        for (_, tree) in surfaces.cloths.iter_mut().chain(&mut surfaces.bodies) {
+        for tree in surfaces.cloths.iter_mut().chain(&mut surfaces.bodies) {
             tree.refit(bounds);
         }
         let Surfaces { cloths, bodies, thick, skins, among_cloths, .. } = &*surfaces;
-        for (index, (_, tree)) in cloths.iter().enumerate() {
+        for (index, tree) in cloths.iter().enumerate() {
             if *among_cloths {
                 tree.meet_itself(stack, |one, two| within(tree, one, two, bounds, pairs));
-                for (_, other) in &cloths[index + 1..] {
+                for other in &cloths[index + 1..] {
                     tree.meet(other, stack, |one, two| between([tree, other], [one, two], bounds, pairs));
                 }
             }
-            for (_, body) in bodies {
+            for body in bodies {
                 tree.meet(body, stack, |one, two| between([tree, body], [one, two], bounds, pairs));
             }
             for thick in thick {

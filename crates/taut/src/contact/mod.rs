@@ -22,7 +22,7 @@ use surfaces::Surfaces;
 
 /// The floor of the certificate, as a part of the thickness between two things [1]: what is left between them at least.
 const FLOOR: f64 = 0.1;
-/// A pair that is nearer than the floor may lose so much of its distance in a step [1].
+/// A pair that is hardly further than the floor, or nearer, keeps this part of its distance in a step [1].
 const KEPT: f64 = 0.8;
 /// Pairs nearer than this many thicknesses become rows [1].
 const MARGIN: f64 = 1.5;
@@ -63,18 +63,12 @@ impl Contact {
 
     /// Takes where a step starts: particles from the origins of their cloths, vertices of bodies in the world [m].
     pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3]) {
-        let Places { x, .. } = &mut self.places;
-        fill(x, model, origins, positions);
-        let (base, count) = (origins[0], model.particle_count());
-        x[count..].iter_mut().zip(bodies).for_each(|(place, body)| *place = *body - base);
+        fill(&mut self.places.x, model, origins, positions, bodies);
     }
 
     /// Takes where it ends.
     pub fn end(&mut self, model: &Model, origins: &[DVec3], ends: &Vectors, bodies: &[DVec3]) {
-        let Places { ends: places, .. } = &mut self.places;
-        fill(places, model, origins, ends);
-        let (base, count) = (origins[0], model.particle_count());
-        places[count..].iter_mut().zip(bodies).for_each(|(place, body)| *place = *body - base);
+        fill(&mut self.places.ends, model, origins, ends, bodies);
     }
 
     /// Finds what comes near on the way, and makes rows of it.
@@ -101,10 +95,12 @@ impl Contact {
     }
 }
 
-/// Places of all particles.
-fn fill(places: &mut [DVec3], model: &Model, origins: &[DVec3], vectors: &Vectors) {
+/// Places of all particles and bodies.
+fn fill(places: &mut [DVec3], model: &Model, origins: &[DVec3], vectors: &Vectors, bodies: &[DVec3]) {
+    let base = origins[0];
+    places[model.particle_count()..].iter_mut().zip(bodies).for_each(|(place, body)| *place = *body - base);
     for (cloth, origin) in model.cloths.iter().zip(origins) {
-        let way = *origin - origins[0];
+        let way = *origin - base;
         for particle in cloth.particles() {
             places[particle] = vectors.get(particle).as_dvec3() + way;
         }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use super::tree::Tree;
 use super::{FLOOR, MARGIN};
@@ -41,9 +41,9 @@ pub(crate) struct Skin {
 
 /// Everything that can touch.
 pub(crate) struct Surfaces {
-    /// The triangles of each cloth, and of each body that has any, with their owner.
-    pub cloths: Vec<(Owner, Tree)>,
-    pub bodies: Vec<(Owner, Tree)>,
+    /// The triangles of each cloth, and of each body that has any.
+    pub cloths: Vec<Tree>,
+    pub bodies: Vec<Tree>,
     pub thick: Vec<Thick>,
     pub planes: Vec<HalfSpace>,
     pub skins: Vec<Skin>,
@@ -64,7 +64,7 @@ pub(crate) struct Surfaces {
 impl Surfaces {
     pub fn new(model: &Model) -> Option<Self> {
         let (particles, bodies) = (model.particle_count(), &model.bodies);
-        if !model.contact.is_on {
+        if !model.contact.is_on || model.cloths.is_empty() {
             return None;
         }
         let all = particles + bodies.rest.len();
@@ -82,7 +82,7 @@ impl Surfaces {
             let range = cloth.particles();
             let own: Vec<[u32; 3]> =
                 model.triangles.iter().copied().filter(|corners| range.contains(&(corners[0] as usize))).collect();
-            cloths.push((index as u32, Tree::new(&own, place)));
+            cloths.push(Tree::new(&own, place));
         }
         let (mut surfaces, mut thick, mut planes) = (Vec::new(), Vec::new(), Vec::new());
         let mut triangles: Vec<[u32; 3]> = model.triangles.to_vec();
@@ -102,7 +102,7 @@ impl Surfaces {
                     let shifted = |corners: &[u32; 3]| corners.map(|corner| corner + particles as u32);
                     let own: Vec<[u32; 3]> = bodies.triangles[body.triangles.clone()].iter().map(shifted).collect();
                     triangles.extend(&own);
-                    surfaces.push((owner, Tree::new(&own, place)));
+                    surfaces.push(Tree::new(&own, place));
                 }
             }
         }
@@ -177,9 +177,4 @@ fn sorted(owners: usize, mut pairs: Vec<(u32, u32)>) -> Adjacency<u32> {
     pairs.sort_unstable();
     pairs.dedup();
     Adjacency::new(owners, pairs.into_iter())
-}
-
-/// Places in single precision, for boxes.
-pub(crate) fn single(place: DVec3) -> Vec3 {
-    place.as_vec3()
 }

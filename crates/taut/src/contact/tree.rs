@@ -1,5 +1,7 @@
 //! A tree of boxes over the triangles of a surface: of fixed shape, refitted to where they go in a step.
 
+use std::collections::BTreeSet;
+
 use glam::Vec3;
 
 /// Triangles in a leaf, at most.
@@ -67,18 +69,13 @@ impl Tree {
             nodes: Vec::new(),
         };
         if !order.is_empty() {
-            tree.split(&mut order, &mut std::collections::BTreeSet::new(), &mut std::collections::BTreeSet::new());
+            tree.split(&mut order, &mut BTreeSet::new(), &mut BTreeSet::new());
         }
         tree.edge_bounds = vec![Bounds::NOTHING; tree.edges.len()];
         tree
     }
 
-    fn split(
-        &mut self,
-        triangles: &mut [([u32; 3], Vec3)],
-        edges: &mut std::collections::BTreeSet<[u32; 2]>,
-        vertices: &mut std::collections::BTreeSet<u32>,
-    ) {
+    fn split(&mut self, triangles: &mut [([u32; 3], Vec3)], edges: &mut BTreeSet<[u32; 2]>, vertices: &mut BTreeSet<u32>) {
         let index = self.nodes.len();
         self.nodes.push(Node { bounds: Bounds::NOTHING, second: 0, leaf: None });
         if triangles.len() <= LEAF {
@@ -131,19 +128,22 @@ impl Tree {
         }
         stack.clear();
         stack.push([0, 0]);
-        while let Some([a, b]) = stack.pop() {
-            let (one, two) = (&self.nodes[a as usize], &other.nodes[b as usize]);
-            if !one.bounds.meets(&two.bounds) {
-                continue;
-            }
-            match (&one.leaf, &two.leaf) {
-                (Some(one), Some(two)) => visit(one, two),
-                (None, Some(_)) => stack.extend([[one.second, b], [a + 1, b]]),
-                (Some(_), None) => stack.extend([[a, two.second], [a, b + 1]]),
-                (None, None) => {
-                    stack.extend([[one.second, two.second], [one.second, b + 1], [a + 1, two.second], [a + 1, b + 1]])
-                }
-            }
+        while let Some(pair) = stack.pop() {
+            self.descend(other, pair, stack, &mut visit);
+        }
+    }
+
+    /// Visits two leaves that meet, or puts the children of two nodes that meet on the stack.
+    fn descend(&self, other: &Self, [a, b]: [u32; 2], stack: &mut Vec<[u32; 2]>, visit: &mut impl FnMut(&Leaf, &Leaf)) {
+        let (one, two) = (&self.nodes[a as usize], &other.nodes[b as usize]);
+        if !one.bounds.meets(&two.bounds) {
+            return;
+        }
+        match (&one.leaf, &two.leaf) {
+            (Some(one), Some(two)) => visit(one, two),
+            (None, Some(_)) => stack.extend([[one.second, b], [a + 1, b]]),
+            (Some(_), None) => stack.extend([[a, two.second], [a, b + 1]]),
+            (None, None) => stack.extend([[one.second, two.second], [one.second, b + 1], [a + 1, two.second], [a + 1, b + 1]]),
         }
     }
 
@@ -155,24 +155,11 @@ impl Tree {
         stack.clear();
         stack.push([0, 0]);
         while let Some([a, b]) = stack.pop() {
-            let (one, two) = (&self.nodes[a as usize], &self.nodes[b as usize]);
-            if a == b {
-                match &one.leaf {
-                    Some(leaf) => visit(leaf, leaf),
-                    None => stack.extend([[a + 1, one.second], [one.second, one.second], [a + 1, a + 1]]),
-                }
-                continue;
-            }
-            if !one.bounds.meets(&two.bounds) {
-                continue;
-            }
-            match (&one.leaf, &two.leaf) {
-                (Some(one), Some(two)) => visit(one, two),
-                (None, Some(_)) => stack.extend([[one.second, b], [a + 1, b]]),
-                (Some(_), None) => stack.extend([[a, two.second], [a, b + 1]]),
-                (None, None) => {
-                    stack.extend([[one.second, two.second], [one.second, b + 1], [a + 1, two.second], [a + 1, b + 1]])
-                }
+            let node = &self.nodes[a as usize];
+            match &node.leaf {
+                _ if a != b => self.descend(self, [a, b], stack, &mut visit),
+                Some(leaf) => visit(leaf, leaf),
+                None => stack.extend([[a + 1, node.second], [node.second, node.second], [a + 1, a + 1]]),
             }
         }
     }

@@ -45,6 +45,9 @@ pub(super) struct Touch {
     path: Vec<DVec3>,
     obstacles: Vec<Obstacle>,
     descents: Vec<Descent>,
+    /// The rates with which velocities take corrections, and the particles that rows have pushed.
+    rates: Vec<f32>,
+    pushed: Vec<usize>,
 }
 
 /// The unit of each particle, and the particle's number in its cloth.
@@ -67,6 +70,8 @@ impl Touch {
             path: vec![DVec3::ZERO; model.bodies.rest.len()],
             obstacles: Vec::new(),
             descents: Vec::new(),
+            rates: Vec::new(),
+            pushed: Vec::new(),
         })
     }
 
@@ -212,24 +217,25 @@ impl Touch {
         let touches = !self.contact.rows.is_empty();
         let step = stride.plan.length as f32;
         let mut limited = Limited::default();
-        let mut rates = Vec::with_capacity(units.len());
+        self.rates.clear();
         let is_needed = |descent: &Descent| touches || descent.is_needed;
         for (unit, descent) in units.iter_mut().zip(&self.descents) {
             if !is_needed(descent) {
-                rates.push(0.0);
+                self.rates.push(0.0);
                 continue;
             }
             let lost = unit.settle(stride, state, ends, descent, touches, pool);
-            rates.push(unit.tell_velocities(stride, state, ends, corrections, descent, pool));
+            self.rates.push(unit.tell_velocities(stride, state, ends, corrections, descent, pool));
             limited.lost_motion = limited.lost_motion.max(lost);
         }
         // What was pushed has the velocity with which it goes.
-        let mut pushed: Vec<usize> = self.contact.rows.pushed().collect();
-        pushed.sort_unstable();
-        pushed.dedup();
-        for particle in pushed {
+        self.pushed.clear();
+        self.pushed.extend(self.contact.rows.pushed());
+        self.pushed.sort_unstable();
+        self.pushed.dedup();
+        for &particle in &self.pushed {
             if let Some((unit, _)) = self.where_is.of(particle) {
-                let further = corrections.get(particle) * (1.0 / step - rates[unit]);
+                let further = corrections.get(particle) * (1.0 / step - self.rates[unit]);
                 state.velocities.set(particle, state.velocities.get(particle) + further);
             }
         }
