@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
@@ -23,6 +24,8 @@ TOLERANCE = 1e-5
 """Stretch over the limit that rounding may leave [1]."""
 LOST = 0.01
 """Part of the motion that the certificate may take from cloth without moving pins, mean of the steps [1]."""
+FARTHEST = 1e9
+"""No hand pulls further than that from the origin [m]."""
 WORK = 3e7
 """Springs times steps that a case may take [1]."""
 
@@ -181,16 +184,29 @@ def keep(run: Run, simulation: Simulation) -> None:
     run.told.append(report.worst_stretch)
 
 
+def refused(pull: Callable[..., None], *arguments: Any) -> None:
+    """What has run away is out of a hand's reach: that is said."""
+    try:
+        pull(*arguments)
+    except ValueError as problem:
+        if "of the origin" in str(problem):
+            return
+        raise
+    raise AssertionError("a hand reaches further than it may")
+
+
 def touch(simulation: Simulation, what: str, arguments: list[Any]) -> None:
     """What a hand does; vertices are given as parts of all of them."""
     vertices = len(simulation.positions)
     match what, arguments:
-        case "hold", [part, offset, over]:
+        case "hold" | "lead", [part, offset, how]:
             vertex = int(part * vertices) % vertices
-            simulation.hold(vertex, simulation.exact_positions[vertex] + offset, over)
-        case "lead", [part, offset, speed]:
-            vertex = int(part * vertices) % vertices
-            simulation.lead(vertex, simulation.exact_positions[vertex] + offset, speed)
+            pull = simulation.hold if what == "hold" else simulation.lead
+            target = simulation.exact_positions[vertex] + offset
+            if np.abs(target).max() <= FARTHEST:
+                pull(vertex, target, how)
+            else:
+                refused(pull, vertex, target, how)
         case "release", [part]:
             simulation.release(int(part * vertices) % vertices)
         case "shift", [group, offset, speed] if group < len(simulation.pin_groups):
