@@ -138,7 +138,8 @@ class Simulation(Simulated):
         Its own velocities [m/s] where a filter lets them differ, as ``coarse_to_fine``; with ``bdf2``, then
         the last displacements [m] and what forces added to velocities [m/s]; with ``coarse_to_fine``, then a
         row for every cloth: the number of cycles it takes at least, as it hangs calm, the part of its
-        back-off that it keeps [1], and zero. ``None``: nothing.
+        back-off that it keeps [1], and the part of its way in a step that it leaves out where it lies calm on
+        something [1]. ``None``: nothing.
         """
         return self._engine.past()
 

@@ -132,6 +132,44 @@ fn a_sheet_drapes_over_a_ball() {
 }
 
 #[test]
+fn cloth_that_lies_on_something_comes_to_rest() {
+    let shapes = [
+        json!({ "sphere": { "center": [0.03, 0.02, 0.4], "radius": 0.3 } }),
+        json!({ "capsule": { "from": [-0.3, 0, 0.45], "to": [0.3, 0.05, 0.45], "radius": 0.1 } }),
+        json!({ "box": { "center": [0.02, 0.01, 0.3], "size": [0.5, 0.4, 0.4] } }),
+    ];
+    for shape in shapes {
+        let mut calm = cloth();
+        (calm["bending"], calm["air_drag"]) = (json!("fabric"), json!(1.5));
+        let mesh = sheet(20, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.75));
+        let mut sheet = simulation(json!({ "body": [floor(), shape] }), calm, mesh);
+        run(&mut sheet, 300, |_| ());
+        let mut frames = vec![places(&sheet)];
+        for _ in 0..20 {
+            run(&mut sheet, 1, |_| ());
+            frames.push(places(&sheet));
+        }
+        let jerks = frames.windows(3).flat_map(|three| {
+            let [before, now, after] = [0, 1, 2].map(|frame| &three[frame]);
+            before.iter().zip(now).zip(after).map(|((before, now), after)| (*before - *now * 2.0 + *after).length_squared())
+        });
+        let count = 19.0 * frames[0].len() as f64;
+        let jerk = (jerks.sum::<f64>() / count).sqrt();
+        assert!(jerk < 2e-5, "on {shape} it jerks by {jerk} m");
+    }
+}
+
+#[test]
+fn what_is_joined_by_few_edges_does_not_collapse() {
+    let mesh = sheet(16, |u, v| DVec3::new(0.6 * u - 0.3, 0.012 * (6.0 * v).sin(), 0.03 + 0.6 * v));
+    let mut sheet = simulation(json!({ "body": [floor()] }), cloth(), mesh);
+    sheet.steps(60 * u64::from(sheet.model.schedule.substeps));
+    let report = sheet.steps(60 * u64::from(sheet.model.schedule.substeps));
+    assert!(report.closest.expect("it lies in a heap") > 0.25 * 0.1 * 0.004, "{report:?}");
+    assert!(report.contact_cuts * 50 <= report.steps, "{report:?}");
+}
+
+#[test]
 fn sheets_hang_on_boxes_and_capsules_as_grids_too() {
     let shapes = [
         json!({ "box": { "center": [0.02, 0.01, 0.3], "size": [0.4, 0.4, 0.4], "rotate": [0, 0, 17] } }),

@@ -17,9 +17,8 @@ pub(crate) struct Cut {
     pub pair: Pair,
     /// The part of the step that it may go [1].
     pub allowed: f64,
-    /// Its distance at the start, and the one that it has to keep [m].
+    /// Its distance at the start [m].
     pub distance: f64,
-    pub floor: f64,
     /// Of the plane that a particle would pass, if it is one.
     pub plane: Option<DVec3>,
 }
@@ -53,10 +52,7 @@ impl Cuts {
             let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner]);
             let radius = surfaces.radius(owners);
             let most = FLOOR * surfaces.thickness(owners);
-            // A first guess, which does for most of them: the way between their middles.
-            let middle = |range: std::ops::Range<usize>| x[range.clone()].iter().sum::<DVec3>() / range.len() as f64;
-            let axis = (middle(0..split) - middle(split..4)).normalize_or_zero();
-            if motion.is_apart_along(axis, most + radius) {
+            if motion.is_apart_along(motion.guess(), most + radius) {
                 continue;
             }
             let closest = Closest::new(pair.kind, &x);
@@ -68,7 +64,7 @@ impl Cuts {
             let floor = most.min(KEPT * distance);
             let allowed = motion.allowed(&closest, floor + radius);
             if allowed < 1.0 {
-                self.list.push(Cut { pair, allowed, distance, floor, plane: None });
+                self.list.push(Cut { pair, allowed, distance, plane: None });
             }
         }
         for plane in &surfaces.planes {
@@ -85,7 +81,7 @@ impl Cuts {
                     let corners = [particle as u32, plane.vertex, plane.vertex, plane.vertex];
                     let pair = Pair { kind: Kind::PointTriangle, corners };
                     let allowed = (distance - floor) / (distance - end);
-                    self.list.push(Cut { pair, allowed, distance, floor, plane: Some(plane.normal) });
+                    self.list.push(Cut { pair, allowed, distance, plane: Some(plane.normal) });
                 }
             }
         }

@@ -28,6 +28,8 @@ const KEPT: f64 = 0.8;
 const MARGIN: f64 = 1.5;
 /// The same of edges of cloth with edges of cloth.
 const MARGIN_OF_EDGES: f64 = 0.7;
+/// What is joined by so few edges that they cannot keep its thickness keeps this part of it [1].
+const NEAR: f64 = 0.2;
 /// What is nearer than its thickness is brought apart by this part of it in a step [1].
 const RECOVERY: f64 = 0.1;
 

@@ -8,10 +8,11 @@
 use glam::{DVec3, Vec3};
 
 use super::certificate::Cuts;
+use super::crossing::Motion;
 use super::detect::Pair;
 use super::proximity::{Closest, Kind};
 use super::surfaces::{Owner, Surfaces};
-use super::{FLOOR, KEPT, MARGIN, MARGIN_OF_EDGES, Places, RECOVERY};
+use super::{FLOOR, KEPT, MARGIN, MARGIN_OF_EDGES, NEAR, Places, RECOVERY};
 use crate::model::{ClothRange, Model};
 
 /// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
@@ -110,22 +111,31 @@ impl Rows {
         for &Pair { kind, corners } in pairs {
             let split = kind.split();
             let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner as usize]);
-            if owners[0] == owners[1] && is_near(surfaces, corners, split) {
-                continue;
-            }
             let x = corners.map(|corner| places.x[corner as usize]);
+            let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
+            let thickness = surfaces.thickness(owners) * if are_near { NEAR } else { 1.0 };
+            if are_near {
+                // Most of the many that are joined are far from each other, and stay so.
+                let ends = corners.map(|corner| places.ends[corner as usize]);
+                let motion = Motion { kind, x, d: [0, 1, 2, 3].map(|end| ends[end] - x[end]) };
+                if motion.is_apart_along(motion.guess(), MARGIN * thickness) {
+                    continue;
+                }
+            }
             let closest = Closest::new(kind, &x);
             let length = closest.way.length();
-            if length <= 0.0 || kind == Kind::EdgeEdge && closest.parts.contains(&0.0) {
+            // A point and a triangle stand for edges that are closest at an end; of capsules there are edges alone.
+            let radius = surfaces.radius(owners);
+            let of_edges = if radius > 0.0 { &closest.parts[..split] } else { &closest.parts };
+            if length <= 0.0 || kind == Kind::EdgeEdge && of_edges.contains(&0.0) {
                 continue;
             }
             let normal = closest.way / length;
-            let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
             let distance = length - radius;
             let end: DVec3 = (0..4).map(|end| places.ends[corners[end] as usize] * closest.parts[end]).sum();
             // Where two cloths lie on each other their vertices keep them apart; edges count where these do not.
             let are_cloths = owners.iter().all(|&owner| (owner as usize) < surfaces.cloths.len());
-            let part = if kind == Kind::EdgeEdge && are_cloths { MARGIN_OF_EDGES } else { MARGIN };
+            let part = if kind == Kind::EdgeEdge && are_cloths && !are_near { MARGIN_OF_EDGES } else { MARGIN };
             let margin = part * thickness;
             if distance > margin && normal.dot(end) - radius > margin {
                 continue;
@@ -175,13 +185,9 @@ impl Rows {
             let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner as usize]);
             let start: DVec3 = (0..4).map(|end| places.x[corners[end] as usize] * parts[end]).sum();
             let distance = normal.dot(start) - surfaces.radius(owners);
-            let thickness = surfaces.thickness(owners);
-            let target = if is_near(surfaces, corners, split) && owners[0] == owners[1] {
-                // What is joined by few edges may be as near as the certificate lets it.
-                cut.floor * 2.0
-            } else {
-                target(thickness, cut.distance)
-            };
+            let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
+            let thickness = surfaces.thickness(owners) * if are_near { NEAR } else { 1.0 };
+            let target = target(thickness, cut.distance);
             self.add(surfaces, (corners, parts, split), Demand { normal, distance, target }, owners);
         }
     }

@@ -22,6 +22,8 @@ const ROUNDINGS: f32 = 8.0;
 pub(super) struct Motion {
     /// The cloths that nothing holds.
     free: Vec<usize>,
+    /// V_0 [m/s]; empty where V is the velocity of the motion. Until the step is over, the state keeps how it moved before.
+    before: Vectors,
 }
 
 impl Motion {
@@ -29,14 +31,14 @@ impl Motion {
         let is_free = |cloth: &ClothRange| cloth.particles().all(|particle| model.particles.inverse_mass[particle] > 0.0);
         let apart = model.solver.tells_motion_apart();
         let free = model.cloths.iter().enumerate().filter(|(_, cloth)| apart && is_free(cloth));
-        Self { free: free.map(|(index, _)| index).collect() }
+        let count = if apart { model.particle_count() } else { 0 };
+        Self { free: free.map(|(index, _)| index).collect(), before: Vectors::zeros(count) }
     }
 
     /// Takes down V_0; what is held has the velocity of its path already, so that it keeps that.
-    pub fn note(&self, state: &mut State, pool: &Pool) {
-        let State { velocities, motion, .. } = state;
-        if !motion.is_empty() {
-            motion.copy_on(velocities, pool);
+    pub fn note(&mut self, state: &State, pool: &Pool) {
+        if !self.before.is_empty() {
+            self.before.copy_on(&state.velocities, pool);
         }
     }
 
@@ -53,15 +55,14 @@ impl Motion {
             let undivided = model.solver.integrator == IntegratorKind::Euler && plan.of(cloth).parts() == 1;
             motion.for_each_chunk_of(cloth.particles(), pool, |chunk| {
                 let run = chunk.first..chunk.first + chunk.x.len();
-                let after = [&velocities.x, &velocities.y, &velocities.z].map(|column| &column[run.clone()]);
-                let ends = [&positions.x, &positions.y, &positions.z].map(|column| &column[run.clone()]);
-                let starts = [&starts.x, &starts.y, &starts.z].map(|column| &column[run.clone()]);
+                let [before, after, starts, ends] =
+                    [&self.before, velocities, starts, positions].map(|all| all.columns().map(|column| &column[run.clone()]));
                 for (axis, column) in [chunk.x, chunk.y, chunk.z].into_iter().enumerate() {
                     if undivided {
                         column.copy_from_slice(after[axis]);
                     } else {
-                        let (starts, ends, after) = (starts[axis], ends[axis], after[axis]);
-                        arch().dispatch(Tell { column, starts, ends, after, step });
+                        let (starts, ends, before, after) = (starts[axis], ends[axis], before[axis], after[axis]);
+                        arch().dispatch(Tell { column, starts, ends, before, after, step });
                     }
                 }
             });
@@ -95,11 +96,12 @@ fn keep_momentum(
     }
 }
 
-/// `column = (ends - starts) / step + (after - column) / 2`
+/// `column = (ends - starts) / step + (after - before) / 2`
 struct Tell<'a> {
     column: &'a mut [f32],
     starts: &'a [f32],
     ends: &'a [f32],
+    before: &'a [f32],
     after: &'a [f32],
     step: f32,
 }
@@ -109,10 +111,10 @@ impl WithSimd for Tell<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { column, starts, ends, after, step } = self;
-        let places = starts.iter().zip(ends).zip(after);
-        for (value, ((start, end), after)) in column.iter_mut().zip(places) {
-            *value = (end - start) / step + (after - *value) * 0.5;
+        let Self { column, starts, ends, before, after, step } = self;
+        let places = starts.iter().zip(ends).zip(before.iter().zip(after));
+        for (value, ((start, end), (before, after))) in column.iter_mut().zip(places) {
+            *value = (end - start) / step + (after - before) * 0.5;
         }
     }
 }

@@ -45,26 +45,29 @@ pub struct Calm {
     pub cycles: u32,
     /// Part of the back-off that coarse levels keep [1]: less than 1 where cloth is held taut.
     pub room: f32,
+    /// Part of its way in a step that cloth which lies calm on something does not go [1], since its ways turn back on each other.
+    pub brake: f32,
 }
 
 impl Default for Calm {
     fn default() -> Self {
-        Self { cycles: 0, room: 1.0 }
+        Self { cycles: 0, room: 1.0, brake: 0.0 }
     }
 }
 
 impl Calm {
-    /// Both as the first two coordinates of a vector.
+    /// All three as the coordinates of a vector.
     #[must_use]
     pub fn to_vector(self) -> Vec3 {
-        Vec3::new(self.cycles as f32, self.room, 0.0)
+        Vec3::new(self.cycles as f32, self.room, self.brake)
     }
 
-    /// What [`Self::to_vector`] wrote; all the room where that is none.
+    /// What [`Self::to_vector`] wrote; all the room where that is none, and no brake.
     #[must_use]
     pub fn from_vector(vector: Vec3) -> Self {
         let room = if vector.y > 0.0 && vector.y <= 1.0 { vector.y } else { 1.0 };
-        Self { cycles: vector.x as u32, room }
+        let brake = if vector.z > 0.0 && vector.z < 1.0 { vector.z } else { 0.0 };
+        Self { cycles: vector.x as u32, room, brake }
     }
 }
 

@@ -9,14 +9,14 @@ use crate::inputs::{Grips, Target};
 use crate::model::Model;
 
 /// First bytes of every snapshot; the last one is the version of the layout.
-const MAGIC: [u8; 8] = *b"TAUTSNP6";
+const MAGIC: [u8; 8] = *b"TAUTSNP7";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not ours at all.
-    #[error("these bytes are not a taut snapshot (version 6)")]
+    #[error("these bytes are not a taut snapshot (version 7)")]
     NotASnapshot,
     /// Cut short or altered.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -42,9 +42,9 @@ impl State {
         for column in all.into_iter().flat_map(|vectors| [&vectors.x, &vectors.y, &vectors.z]) {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
         }
-        for Calm { cycles, room } in &self.calm {
+        for Calm { cycles, room, brake } in &self.calm {
             bytes.extend(cycles.to_le_bytes());
-            bytes.extend(room.to_le_bytes());
+            bytes.extend([room, brake].into_iter().flat_map(|part| part.to_le_bytes()));
         }
         bytes.extend(self.offsets.iter().flat_map(Offset::numbers).flat_map(f64::to_le_bytes));
         bytes.extend(self.bodies.iter().flat_map(|place| place.to_array()).flat_map(f64::to_le_bytes));
@@ -103,7 +103,7 @@ impl Reader<'_> {
         let past = Past { displacements: self.vectors(of_past)?, gains: self.vectors(of_past)?, length };
         let mut state = State { origins, motion, past, ..State::at(model, positions, velocities, clock) };
         for calm in &mut state.calm {
-            *calm = Calm { cycles: self.take().map(u32::from_le_bytes)?, room: self.single()? };
+            *calm = Calm { cycles: self.take().map(u32::from_le_bytes)?, room: self.single()?, brake: self.single()? };
         }
         for offset in &mut state.offsets {
             *offset = Offset { now: self.place()?, target: self.place()?, pace: self.real()? };

@@ -45,8 +45,10 @@ pub(super) struct Touch {
     path: Vec<DVec3>,
     obstacles: Vec<Obstacle>,
     descents: Vec<Descent>,
-    /// The rates with which velocities take corrections, and the particles that rows have pushed.
+    /// The rates with which velocities take corrections, what is left of kinetic energies where cloths touch something, and the
+    /// particles that rows have pushed.
     rates: Vec<f32>,
+    left_of_energy: Vec<f64>,
     pushed: Vec<usize>,
 }
 
@@ -71,6 +73,7 @@ impl Touch {
             obstacles: Vec::new(),
             descents: Vec::new(),
             rates: Vec::new(),
+            left_of_energy: Vec::new(),
             pushed: Vec::new(),
         })
     }
@@ -218,15 +221,19 @@ impl Touch {
         let step = stride.plan.length as f32;
         let mut limited = Limited::default();
         self.rates.clear();
+        self.left_of_energy.clear();
         let is_needed = |descent: &Descent| touches || descent.is_needed;
         for (unit, descent) in units.iter_mut().zip(&self.descents) {
             if !is_needed(descent) {
                 self.rates.push(0.0);
                 continue;
             }
-            let lost = unit.settle(stride, state, ends, descent, touches, pool);
+            if touches {
+                self.left_of_energy.push(unit.settle_touching(state, descent, pool));
+            } else {
+                limited.lost_motion = limited.lost_motion.max(unit.settle(stride, state, ends, descent, pool));
+            }
             self.rates.push(unit.tell_velocities(stride, state, ends, corrections, descent, pool));
-            limited.lost_motion = limited.lost_motion.max(lost);
         }
         // What was pushed has the velocity with which it goes.
         self.pushed.clear();
@@ -238,6 +245,9 @@ impl Touch {
                 let further = corrections.get(particle) * (1.0 / step - self.rates[unit]);
                 state.velocities.set(particle, state.velocities.get(particle) + further);
             }
+        }
+        for ((unit, descent), left) in units.iter().zip(&self.descents).zip(&self.left_of_energy) {
+            unit.brake(stride, state, ends, *left, descent.frame);
         }
         for (unit, descent) in units.iter_mut().zip(&self.descents).filter(|(_, descent)| is_needed(descent)) {
             let frame = if touches { None } else { descent.frame };

@@ -112,7 +112,7 @@ impl Unit {
         while !descent.is_over {
             self.descend(stride.model, &mut descent, pool);
         }
-        let lost = self.settle(stride, state, ends, &descent, false, pool);
+        let lost = self.settle(stride, state, ends, &descent, pool);
         self.tell_velocities(stride, state, ends, corrections, &descent, pool);
         let verdict = self.certify(stride, state, ends, descent.frame, pool);
         Limited {
@@ -126,7 +126,7 @@ impl Unit {
 
     /// Takes a proposed step, of which `proposed` tells how far springs are over.
     pub fn begin(&mut self, proposed: Stretch, state: &State, ends: &Vectors, pool: &Pool) -> Descent {
-        let Calm { cycles: at_least, room } = state.calm[self.index];
+        let Calm { cycles: at_least, room, .. } = state.calm[self.index];
         self.levels.load(&state.positions, ends, room, pool);
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
@@ -196,30 +196,24 @@ impl Unit {
         descent.is_done = left.worst <= descent.enough;
     }
 
-    /// Hands the corrected ends out, within the bound on kinetic energy. Returns the part of the motion that this bound took [1]. What
-    /// `touches` something may get energy and momentum from it.
-    pub fn settle(
-        &mut self,
-        stride: Stride<'_>,
-        state: &mut State,
-        ends: &Vectors,
-        descent: &Descent,
-        touches: bool,
-        pool: &Pool,
-    ) -> f64 {
+    /// Hands the corrected ends of what touches something out: that may give it energy and momentum. Returns the part of the kinetic
+    /// energy of the proposal that is left [1].
+    pub fn settle_touching(&mut self, state: &mut State, descent: &Descent, pool: &Pool) -> f64 {
+        self.levels.settle(pool);
+        let left_of_energy = match (descent.frame, descent.energy) {
+            (Some(frame), Some(before)) => self.levels.motion().energy(frame, &mut self.energies, pool) / before,
+            _ => 1.0,
+        };
+        self.remember(state, descent, left_of_energy);
+        let cycles = &mut state.calm[self.index].cycles;
+        *cycles = (*cycles).min(MOST_IF_TOUCHED);
+        left_of_energy
+    }
+
+    /// Hands the corrected ends out, within the bound on kinetic energy. Returns the part of the motion that this bound took [1].
+    pub fn settle(&mut self, stride: Stride<'_>, state: &mut State, ends: &Vectors, descent: &Descent, pool: &Pool) -> f64 {
         let Descent { frame, energy, .. } = *descent;
         let model = stride.model;
-        if touches {
-            self.levels.settle(pool);
-            let left_of_energy = match (frame, energy) {
-                (Some(frame), Some(before)) => self.levels.motion().energy(frame, &mut self.energies, pool) / before,
-                _ => 1.0,
-            };
-            self.remember(state, descent, left_of_energy);
-            let cycles = &mut state.calm[self.index].cycles;
-            *cycles = (*cycles).min(MOST_IF_TOUCHED);
-            return 0.0;
-        }
         let mut left_of_energy = self.hand_out(frame, energy, pool);
         // Pins that move differently may ask for what no place allows.
         let is_poor = !descent.is_done || left_of_energy > if self.is_small { RAISED } else { DOUBLED };
@@ -261,7 +255,7 @@ impl Unit {
     /// Remembers how calm the cloth hangs.
     fn remember(&self, state: &mut State, descent: &Descent, left_of_energy: f64) {
         let cycles = cycles_from_now(descent.at_least, descent.sweeps, left_of_energy < CALM);
-        state.calm[self.index] = Calm { cycles, room: room_from_now(descent.room, left_of_energy) };
+        state.calm[self.index] = Calm { cycles, room: room_from_now(descent.room, left_of_energy), ..state.calm[self.index] };
     }
 
     /// Writes the corrected ends, and gives velocities their part of the corrections. Returns that part [1/s].
@@ -279,6 +273,42 @@ impl Unit {
         let rate = impulse::rate(stride, &self.cloth, &state.velocities, corrections, descent.frame, products, pool);
         state.velocities.add_scaled(self.cloth.particles(), corrections, rate, pool);
         rate
+    }
+
+    /// Leaves a part of its way out where cloth lies calm on something, of whose proposed energy `left_of_energy` is left, and its ways
+    /// turn back on each other. Each step is then the mean of staying and of going where the limit and the rows lead; what no
+    /// projection brings further apart comes to rest so (Krasnosel'skii 1955), where going all the way it may turn for ever.
+    pub fn brake(&self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, left_of_energy: f64, frame: Option<Vec3>) {
+        let step = stride.plan.length as f32;
+        let brake = match frame {
+            Some(frame) if left_of_energy < CALM => {
+                let onward = self.coherence(stride.model, state, ends, frame, step);
+                brake_from_now(state.calm[self.index].brake, onward)
+            }
+            _ => 0.0,
+        };
+        state.calm[self.index].brake = brake;
+        let Some(frame) = frame.filter(|_| brake > 0.0) else { return };
+        for particle in self.cloth.particles().filter(|&particle| stride.model.particles.inverse_mass[particle] > 0.0) {
+            let end = ends.get(particle);
+            let back = (end - state.positions.get(particle) - frame) * -brake;
+            ends.set(particle, end + back);
+            state.velocities.set(particle, state.velocities.get(particle) + back / step);
+        }
+    }
+
+    /// The cosine between this way and the last one, of all particles together by mass, seen from a frame [1].
+    fn coherence(&self, model: &Model, state: &State, ends: &Vectors, frame: Vec3, step: f32) -> f64 {
+        let (mut both, mut now, mut then) = (0.0, 0.0, 0.0);
+        for particle in self.cloth.particles().filter(|&particle| model.particles.inverse_mass[particle] > 0.0) {
+            let mass = f64::from(model.particles.mass[particle]);
+            let way = (ends.get(particle) - state.positions.get(particle) - frame).as_dvec3();
+            let last = (state.of_motion().get(particle) * step - frame).as_dvec3();
+            both += mass * way.dot(last);
+            now += mass * way.length_squared();
+            then += mass * last.length_squared();
+        }
+        if now > 0.0 && then > 0.0 { both / (now * then).sqrt() } else { 1.0 }
     }
 
     /// Measures the ends, and shortens them where springs are over, towards where the step starts, moved along with the frame.
@@ -342,6 +372,17 @@ fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
         true => at_least,
         false => at_least * 3 / 4,
     }
+}
+
+/// The part that calm cloth leaves out of a way which goes on as the last one did (1), or back (-1), after `brake` in the last step.
+fn brake_from_now(brake: f32, onward: f64) -> f32 {
+    let goes = 1.0 - brake;
+    let goes = match onward {
+        _ if onward < TURNED => (goes * SLOWER).max(LEAST_WAY),
+        _ if onward > ONWARD => (goes * FASTER).min(1.0),
+        _ => goes,
+    };
+    1.0 - goes
 }
 
 /// The room of coarse levels in the next step, after one with `room` whose limit left such a part of its kinetic energy.
