@@ -346,3 +346,22 @@ def test_a_strain_limit_that_tightens_is_kept(scene: dict[str, Any]) -> None:
         assert simulation.run(1).worst_stretch <= limit + 1e-4
     with pytest.raises(SceneError, match=r"strain_limit_keyframes\[0\] = 2"):
         Scene({**scene, "cloth": [{**cloth, "strain_limit_keyframes": [[1.0, 2.0]]}]})
+
+
+def test_pins_of_a_scene_turn_about_a_line_and_then_move(scene: dict[str, Any]) -> None:
+    turn = {"axis": [0, 0, 1], "point": [0, 0, 0], "angle": [[0, 0], [1, 90]]}
+    scene["cloth"][0]["grid"]["origin"] = [0.5, 0.0, 0.0]
+    scene["cloth"][0]["pins"] = [{"edge": "left", "turn": turn, "move": [[1, [0, 0, 0.2]]]}]
+    made = Scene(scene)
+    assert made.document["cloth"][0]["pins"][0]["turn"]["angle"] == [[0, 0], [1, 90]]
+    assert Scene(made.document).document == made.document
+    simulation = Simulation(made, threads=1)
+    heights = simulation.positions[simulation.pinned, 2].astype(np.float64)
+    for frame in range(1, 70):
+        simulation.run(1)
+        time = min(frame / 60, 1.0)
+        angle = np.radians(90 * time)
+        expected = np.stack(
+            [0.5 * np.cos([angle] * 5), 0.5 * np.sin([angle] * 5), heights + 0.2 * time], axis=-1
+        )
+        np.testing.assert_allclose(simulation.positions[simulation.pinned], expected, atol=2e-7)

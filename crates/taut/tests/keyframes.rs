@@ -153,3 +153,103 @@ fn arrays_that_do_not_fit_are_refused() {
         assert!(error.contains("cloth[0].pins[0].follow = \"path.npy\"") && error.contains(words), "{error}");
     }
 }
+
+/// A sheet of 1 m whose left edge turns about an upright line and travels, all of it 100 m and more from the origin.
+fn turned(cells: u32, angle: Value, way: Value) -> Value {
+    let turn = json!({ "axis": [0, 0, 3], "point": [100.5, 7.0, 0.0], "angle": angle });
+    let mut cloth = sheet([cells, cells], 0.05, json!([{ "edge": "left", "turn": turn, "move": way }]));
+    cloth["translate"] = json!([100.0, 7.0, 0.0]);
+    scene_of(cloth, 8, "coarse_to_fine", 9.81)
+}
+
+#[test]
+fn pins_turn_about_their_line_and_then_move() {
+    let fields = turned(4, json!([[0, 0], [2, 360]]), json!([[1, [0, 0, 0]], [2, [0, 0.25, 0.5]]]));
+    let mut run = Simulation::new(&fields);
+    let group = &run.model.pins[0];
+    let (particles, start) = (group.particles.clone(), group.start.clone());
+    let line = DVec3::new(100.5, 7.0, 0.0);
+    let length = run.step_length();
+    for frame in 1..=150_u32 {
+        run.steps(8);
+        let time = f64::from(frame) / 60.0;
+        let (angle, way) = ((180.0 * time).min(360.0).to_radians(), (time - 1.0).clamp(0.0, 1.0));
+        let way = way * DVec3::new(0.0, 0.25, 0.5);
+        let origin = run.state.origins[0];
+        for (index, &particle) in particles.iter().enumerate() {
+            let from = start[index] + run.model.origins[0].at - line;
+            let out =
+                DVec3::new(from.x * angle.cos() - from.y * angle.sin(), from.x * angle.sin() + from.y * angle.cos(), from.z);
+            let expected = line + out + way;
+            let found = run.state.positions.get(particle as usize).as_dvec3() + origin;
+            assert!(found.distance(expected) < 5e-7, "frame {frame}: {found}, not {expected}");
+            // The velocity is that of the chord which the last step went: omega x r but for its second order.
+            if frame < 60 {
+                let omega = std::f64::consts::PI;
+                let middle = angle - 0.5 * omega * length;
+                let along = omega
+                    * (DVec3::Z.cross(DVec3::new(
+                        from.x * middle.cos() - from.y * middle.sin(),
+                        from.x * middle.sin() + from.y * middle.cos(),
+                        0.0,
+                    )));
+                let velocity = run.state.velocities.get(particle as usize).as_dvec3();
+                assert!(velocity.distance(along) < 1e-3, "frame {frame}: {velocity}, not {along}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_has_not_turned_goes_as_if_there_were_no_turn() {
+    let hash = |angle: Value| {
+        let mut fields = turned(6, angle, json!([[0.5, [0.0, 0.2, 0.1]]]));
+        if fields["cloth"][0]["pins"][0]["turn"]["angle"] == json!([]) {
+            fields["cloth"][0]["pins"][0].as_object_mut().expect("a pin").remove("turn");
+        }
+        let mut run = Simulation::new(&fields);
+        run.steps(80);
+        run.state.hash()
+    };
+    assert_eq!(hash(json!([])), hash(json!([[3, 0]])));
+}
+
+#[test]
+fn turning_pins_go_on_where_a_snapshot_was_taken_on_any_number_of_threads() {
+    let fields = turned(24, json!([[0.5, 90], [1, -30]]), json!([[1, [0.1, 0, 0]]]));
+    let mut run = Simulation::on_threads(&fields, 1);
+    run.steps(60);
+    let bytes = run.state.to_bytes(&run.model, &run.inputs.grips);
+    run.steps(60);
+    for threads in [1, 3] {
+        let mut again = Simulation::on_threads(&fields, threads);
+        again.state = State::from_bytes(&bytes, &again.model).expect("a snapshot").0;
+        again.steps(60);
+        assert_eq!(again.state, run.state, "{threads} threads");
+    }
+}
+
+#[test]
+fn turns_are_looked_at_between_their_keyframes() {
+    // The right edge comes back after a whole turn; half way it is 3 m away from the left one.
+    let turn = |degrees: f64| {
+        let turn = json!({ "axis": [0, 0, 1], "point": [2.0, 0.0, 0.0], "angle": [[1, degrees]] });
+        let cloth = sheet([4, 4], 0.05, json!([{ "edge": "left" }, { "edge": "right", "turn": turn }]));
+        common::build(&scene(&scene_of(cloth, 8, "coarse_to_fine", 9.81)), &BTreeMap::new()).map(|_| ())
+    };
+    let error = turn(360.0).expect_err("out of reach").to_string();
+    assert!(error.contains("infeasible: pins ") && error.contains("the cloth reaches"), "{error}");
+    turn(2.0).expect("in reach");
+}
+
+#[test]
+fn pins_that_turn_alike_may_share_a_vertex() {
+    let pins = |angle: f64| {
+        let turn = |angle: f64| json!({ "axis": [0, 0, 1], "angle": [[1, angle]] });
+        let pins = json!([{ "edge": "left", "turn": turn(30.0) }, { "corner": "top-left", "turn": turn(angle) }]);
+        common::build(&scene(&scene_of(sheet([4, 4], 0.05, pins), 8, "coarse_to_fine", 9.81)), &BTreeMap::new()).map(|_| ())
+    };
+    pins(30.0).expect("alike");
+    let error = pins(31.0).expect_err("differently").to_string();
+    assert!(error.contains("pins[1]: vertex 20 is held by pins[0] too, which moves differently"), "{error}");
+}

@@ -61,6 +61,25 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
         ),
         (grid(|s| s["cloth"][0]["pins"][0]["move"] = json!([[1, [0, 0, 0]], [1, [0, 0, 1]]])), &["move[1]", "must increase"]),
         (
+            grid(|s| s["cloth"][0]["pins"][0]["turn"] = json!({ "angle": [[1, 90]] })),
+            &["scene.cloth[0].pins[0].turn.axis = [0.0, 0.0, 0.0]: must be a direction", "try [0, 0, 1]"],
+        ),
+        (
+            grid(|s| s["cloth"][0]["pins"][0]["turn"] = json!({ "axis": [0, 0, 1], "angle": [[0, 90]] })),
+            &["scene.cloth[0].pins[0].turn.angle[0] = 90: at time 0 the angle is 0 degrees; begin with [0, 0]"],
+        ),
+        (
+            grid(|s| s["cloth"][0]["pins"][0]["turn"] = json!({ "axis": [0, 0, 1], "angel": [[1, 90]] })),
+            &["scene.cloth[0].pins[0].turn.angel: no such field; did you mean `angle`?"],
+        ),
+        (
+            grid(|s| {
+                s["cloth"][0]["pins"][0]["turn"] = json!({ "axis": [0, 0, 1] });
+                s["cloth"][0]["pins"][0]["follow"] = json!("path.npy");
+            }),
+            &["scene.cloth[0].pins[0].follow = \"path.npy\"", "a pin that follows one has neither `move` nor `turn`"],
+        ),
+        (
             grid(|s| s["cloth"][0]["weights"] = json!([{ "corner": "top-right" }])),
             &["scene.cloth[0].weights[0].mass = 0: must be in [1e-15, 1000000]; try 0.2"],
         ),
@@ -179,6 +198,10 @@ fn a_resolved_scene_reads_back_as_itself() {
     let scene = common::scene(&grid(|s| s["wind"] = json!({ "velocity": [1, 0, 0], "gust": {} })));
     assert_eq!(Scene::from_json(&scene.to_json()).expect("reads back"), scene);
     assert_eq!(scene.cloth[0].strain_limit, Some(0.06));
+    let turn = json!({ "axis": [0, 0, 2], "point": [0.0, 0.5, 0.0], "angle": [[0, 0], [2, 360]] });
+    let scene = common::scene(&grid(|s| s["cloth"][0]["pins"][0]["turn"] = turn.clone()));
+    assert_eq!(Scene::from_json(&scene.to_json()).expect("reads back"), scene);
+    assert!(scene.to_json().contains("\"turn\"") && !common::scene(&grid(|_| ())).to_json().contains("\"turn\""));
 }
 
 #[test]

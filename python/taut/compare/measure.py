@@ -43,7 +43,8 @@ class Body:
         document = simulation.scene.document
         gravity = np.array(document["gravity"])
         wind = "the wind does work on the cloth" if document.get("wind") else None
-        moving = any("move" in pin for cloth in document["cloth"] for pin in cloth.get("pins", ()))
+        pins = [pin for cloth in document["cloth"] for pin in cloth.get("pins", ())]
+        moving = any({"move", "turn", "follow"} & pin.keys() for pin in pins)
         weightless = None if gravity.any() else "there is no gravity"
         drag = any(cloth["air_drag"] for cloth in document["cloth"])
         held = "pins hold the cloth" if simulation.pinned.any() else None

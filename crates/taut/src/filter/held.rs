@@ -38,8 +38,9 @@ impl Places<'_> {
         let end = self.clock.next(plan.length).time();
         for (number, group) in model.pins.iter().enumerate() {
             let offset = self.offsets[number].now - (self.origins[group.cloth] - model.origins[group.cloth].at);
+            let places = inputs.pins.places(model, number, end);
             for (index, &particle) in group.particles.iter().enumerate() {
-                work(particle as usize, (inputs.pins.position(model, number, index, end) + offset).as_vec3());
+                work(particle as usize, (places.of(index) + offset).as_vec3());
             }
         }
         let start = self.clock.time();

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::paths::{Followed, NEAR};
-use super::track::{Ramp, Track};
-use crate::geometry::turn_about;
+use super::travel::Travel;
 use crate::model::{Bodies, Body, Model};
 use crate::scene::{self, Scene, SceneError};
 
@@ -16,20 +15,9 @@ enum Path {
     /// It stays.
     Still,
     /// First it turns, then it is displaced [m].
-    Moved(Option<Turning>, Track),
+    Moved(Travel),
     /// With its frames per second [1/s].
     Followed(Followed, f64),
-}
-
-/// A turn about a fixed line.
-#[derive(Debug, Clone, PartialEq)]
-struct Turning {
-    /// Its direction, of length 1.
-    axis: DVec3,
-    /// A point of it [m].
-    point: DVec3,
-    /// [degrees]
-    angle: Ramp,
 }
 
 /// The path of each body of a model.
@@ -62,12 +50,9 @@ impl BodyPaths {
             let places = &mut places[body.vertices.clone()];
             match path {
                 Path::Still => {}
-                Path::Moved(turning, way) => {
-                    if let Some(turning) = turning {
-                        turning.apply(time, places);
-                    }
-                    let way = way.at(time);
-                    places.iter_mut().for_each(|place| *place += way);
+                Path::Moved(travel) => {
+                    let pose = travel.at(time);
+                    places.iter_mut().for_each(|place| *place = pose.of(*place, DVec3::ZERO));
                 }
                 Path::Followed(array, rate) => {
                     let places = places.iter_mut().enumerate();
@@ -90,28 +75,10 @@ impl BodyPaths {
     }
 }
 
-impl Turning {
-    fn apply(&self, time: f64, places: &mut [DVec3]) {
-        let angle = self.angle.at(time);
-        // What has not turned is where it was to the last bit.
-        if angle != 0.0 {
-            let turn = turn_about(self.axis, angle);
-            places.iter_mut().for_each(|place| *place = self.point + turn * (*place - self.point));
-        }
-    }
-}
-
 /// The path of a body without a motion.
 fn moved(asked: &scene::Body) -> Path {
-    let turning = asked.turn.as_ref().filter(|turn| !turn.angle.is_empty()).map(|turn| Turning {
-        axis: DVec3::from_array(turn.axis).normalize(),
-        point: DVec3::from_array(turn.point),
-        angle: Ramp::of_angle(turn),
-    });
-    if turning.is_none() && asked.keyframes.is_empty() {
-        return Path::Still;
-    }
-    Path::Moved(turning, Track::new(DVec3::ZERO, &asked.keyframes))
+    let travel = Travel::new(asked.turn.as_ref(), &asked.keyframes);
+    if travel.is_still() { Path::Still } else { Path::Moved(travel) }
 }
 
 /// What is wrong with the motion of a body, if anything is.

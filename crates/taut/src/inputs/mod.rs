@@ -7,6 +7,7 @@ mod grips;
 mod paths;
 mod reach;
 mod track;
+mod travel;
 
 use std::collections::BTreeMap;
 
@@ -16,7 +17,7 @@ pub use air::{Air, OCTAVES, Wave};
 pub use bodies::BodyPaths;
 pub use flow::{Flows, Outflow, Vortex};
 pub use grips::{Grips, Lead, Shift, Target};
-pub use paths::{Followed, Paths};
+pub use paths::{Followed, GroupPlaces, Paths};
 pub use track::{Ramp, Track};
 
 use crate::model::{Model, Rates};

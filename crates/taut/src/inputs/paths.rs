@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::Track;
+use super::travel::{Pose, Travel};
 use crate::model::Model;
 use crate::scene::{Scene, SceneError};
 
@@ -28,8 +28,8 @@ pub struct Followed {
 /// The path of a pin group.
 #[derive(Debug, Clone, PartialEq)]
 enum Path {
-    /// The displacement from the start [m].
-    Track(Track),
+    /// As keyframes say.
+    Travel(Travel),
     /// With its frames per second [1/s].
     Followed(Followed, f64),
 }
@@ -48,7 +48,7 @@ impl Paths {
             for (index, pin) in asked.pins.iter().enumerate() {
                 let at = format!("cloth[{cloth}].pins[{index}].follow");
                 paths.push(match &pin.follow {
-                    None => Path::Track(Track::new(DVec3::ZERO, &pin.keyframes)),
+                    None => Path::Travel(Travel::new(pin.turn.as_ref(), &pin.keyframes)),
                     Some(name) => {
                         let array = followed.get(name).ok_or_else(|| {
                             SceneError::with_value(at.as_str(), format!("{name:?}"), "its places were not given")
@@ -63,21 +63,52 @@ impl Paths {
         Ok(Self { paths })
     }
 
-    /// The displacement of a group from the start [m]; none if its particles follow an array.
-    pub(super) fn track(&self, group: usize) -> Option<&Track> {
+    /// How keyframes move a group; none if its particles follow an array.
+    pub(super) fn travel(&self, group: usize) -> Option<&Travel> {
         match &self.paths[group] {
-            Path::Track(track) => Some(track),
+            Path::Travel(travel) => Some(travel),
             Path::Followed(..) => None,
         }
     }
 
-    /// Where particle number `index` of a pin group is at `time`, from the origin that its cloth has at the start [m].
+    /// Where particle number `index` of a pin group is at `time` [s], from the origin that its cloth has at the start [m].
     #[must_use]
     pub fn position(&self, model: &Model, group: usize, index: usize, time: f64) -> DVec3 {
+        self.places(model, group, time).of(index)
+    }
+
+    /// Where the particles of a pin group are at `time` [s].
+    #[must_use]
+    pub fn places<'a>(&'a self, model: &'a Model, group: usize, time: f64) -> GroupPlaces<'a> {
         let pins = &model.pins[group];
-        match &self.paths[group] {
-            Path::Track(track) => pins.start[index] + track.at(time),
-            Path::Followed(array, rate) => array.at(index, time * rate) - model.origins[pins.cloth].at,
+        let reached = match &self.paths[group] {
+            Path::Travel(travel) => Reached::Pose(travel.at(time)),
+            Path::Followed(array, rate) => Reached::Frame(array, time * rate),
+        };
+        GroupPlaces { start: &pins.start, origin: model.origins[pins.cloth].at, reached }
+    }
+}
+
+/// Where the particles of a pin group are at one time.
+pub struct GroupPlaces<'a> {
+    start: &'a [DVec3],
+    origin: DVec3,
+    reached: Reached<'a>,
+}
+
+enum Reached<'a> {
+    Pose(Pose),
+    /// So many frames after the start.
+    Frame(&'a Followed, f64),
+}
+
+impl GroupPlaces<'_> {
+    /// Where particle number `index` of the group is, from the origin that its cloth has at the start [m].
+    #[must_use]
+    pub fn of(&self, index: usize) -> DVec3 {
+        match &self.reached {
+            Reached::Pose(pose) => pose.of(self.start[index], self.origin),
+            Reached::Frame(array, frames) => array.at(index, *frames) - self.origin,
         }
     }
 }

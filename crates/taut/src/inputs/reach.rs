@@ -3,23 +3,25 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-use super::{Paths, Track};
+use super::Paths;
+use super::travel::Travel;
 use crate::model::{Adjacency, Model, PinGroup};
 use crate::scene::SceneError;
 
 /// Pins of a group from which distances are measured; more would make large scenes slow to build.
 const MOST_SOURCES: usize = 32;
 
-/// Refuses pins that move further apart than the cloth between them may stretch, at any keyframe.
+/// Refuses pins that move further apart than the cloth between them may stretch, at any keyframe or on a turn.
 ///
-/// Between keyframes the distance of two pins is a convex function of time, so keyframes are the worst moments.
+/// On straight lines the distance of two pins is a convex function of time between keyframes, so keyframes are the worst moments.
+/// Turns are looked at every few degrees.
 ///
 /// # Errors
 /// Names the two particles, their distance, the cloth's reach and the time.
 pub(super) fn check(paths: &Paths, model: &Model) -> Result<(), SceneError> {
     let (groups, springs, particles) = (&model.pins, &model.springs, model.particle_count());
     let moments: BTreeSet<u64> =
-        (0..groups.len()).filter_map(|group| paths.track(group)).flat_map(Track::times).map(|time| time.to_bits()).collect();
+        (0..groups.len()).filter_map(|group| paths.travel(group)).flat_map(Travel::moments).map(f64::to_bits).collect();
     if moments.is_empty() {
         return Ok(());
     }
@@ -28,9 +30,9 @@ pub(super) fn check(paths: &Paths, model: &Model) -> Result<(), SceneError> {
     let graph = Adjacency::new(particles, both);
     for (index, one) in groups.iter().enumerate() {
         // What follows an array is held back where the cloth cannot follow; its frames are too many to look at all.
-        let Some(track) = paths.track(index) else { continue };
+        let Some(travel) = paths.travel(index) else { continue };
         let others: Vec<usize> =
-            (index + 1..groups.len()).filter(|&other| paths.track(other).is_some_and(|other| other != track)).collect();
+            (index + 1..groups.len()).filter(|&other| paths.travel(other).is_some_and(|other| other != travel)).collect();
         if others.is_empty() {
             continue;
         }
@@ -55,8 +57,9 @@ fn check_pair(
 ) -> Result<(), SceneError> {
     let pins = |group: usize| -> &PinGroup { &model.pins[group] };
     for time in moments.iter().map(|&bits| f64::from_bits(bits)) {
+        let (here, places) = (paths.places(model, one, time).of(source), paths.places(model, other, time));
         for (target, &particle) in pins(other).particles.iter().enumerate() {
-            let apart = paths.position(model, one, source, time).distance(paths.position(model, other, target, time));
+            let apart = here.distance(places.of(target));
             let within = reach[particle as usize];
             if apart > within * (1.0 + 1e-6) {
                 let [a, b] = [pins(one).particles[source], particle].map(|particle| model.numbering.vertex(particle));

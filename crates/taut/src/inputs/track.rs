@@ -77,6 +77,11 @@ impl Ramp {
         !self.keyframes.is_empty()
     }
 
+    /// Its keyframes: times [s] and values.
+    pub(super) fn keyframes(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.keyframes.iter().copied()
+    }
+
     /// The value at `time` [s].
     #[must_use]
     pub fn at(&self, time: f64) -> f64 {

@@ -36,10 +36,7 @@ pub(super) fn build(
                     holder[vertex as usize] = Some(index);
                     particles.push(vertex);
                 }
-                Some(other)
-                    if cloth.pins[other].keyframes == pin.keyframes
-                        && cloth.pins[other].follow.is_none()
-                        && pin.follow.is_none() => {}
+                Some(other) if cloth.pins[other].travels_like(pin) => {}
                 Some(other) => {
                     let problem =
                         format!("vertex {vertex} is held by pins[{other}] too, which moves differently; drop one of them");

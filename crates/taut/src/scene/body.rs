@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::validate::{Check, FARTHEST, NEAREST, check_moves, check_name, constant, norm, out_of_range, vector, within};
+use super::turn::{self, Turn};
+use super::validate::{Check, FARTHEST, NEAREST, check_moves, check_name, constant, direction, vector, within};
 use super::{Keyframe, Scene, SceneError};
 
 /// Greatest coefficient of friction [1]: what is rougher holds as a pin does.
@@ -117,22 +118,6 @@ pub struct Plane {
     /// Direction of the side where cloth is [1], which must be given; any length.
     pub normal: [f64; 3],
 }
-
-/// A turn about a fixed straight line.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Turn {
-    /// Direction of the line [1], which must be given; any length. The body turns counter-clockwise seen against it.
-    pub axis: [f64; 3],
-    /// Any point of the line [m].
-    pub point: [f64; 3],
-    /// Keyframes `[time [s], angle [degrees]]`, joined by straight lines from 0 degrees at time 0 on.
-    pub angle: Vec<AngleKeyframe>,
-}
-
-/// Time [s] and angle [degrees].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct AngleKeyframe(pub f64, pub f64);
 
 /// What shape a body has.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -260,29 +245,5 @@ fn check_motion(at: &str, body: &Body) -> Check {
     if body.plane.is_some() {
         return Err(SceneError::at(at, "a plane has no end and cannot turn; take a box, or leave it out"));
     }
-    direction(&format!("{at}.axis"), &turn.axis)?;
-    vector(&format!("{at}.point"), &turn.point, FARTHEST, "[0, 0, 1]")?;
-    let mut previous = f64::NEG_INFINITY;
-    for (index, &AngleKeyframe(time, angle)) in turn.angle.iter().enumerate() {
-        let at = format!("{at}.angle[{index}]");
-        within(&at, time, 0.0, 1e9, "0.0")?;
-        within(&at, angle, -1e6, 1e6, "90.0")?;
-        if time <= previous {
-            return Err(SceneError::with_value(at, time, "times must increase from keyframe to keyframe"));
-        }
-        if time == 0.0 && angle != 0.0 {
-            return Err(SceneError::with_value(at, angle, "at time 0 the angle is 0 degrees; begin with [0, 0]"));
-        }
-        previous = time;
-    }
-    Ok(())
-}
-
-/// A vector with a direction.
-fn direction(at: &str, value: &[f64; 3]) -> Check {
-    vector(at, value, 1e6, "[0, 0, 1]")?;
-    if norm(value) < 1e-6 {
-        return Err(out_of_range(at, format!("{value:?}"), "a direction, at least 1e-6 long", "[0, 0, 1]"));
-    }
-    Ok(())
+    turn::check(&at, turn)
 }

@@ -13,6 +13,7 @@ mod fabric;
 mod read;
 mod selection;
 mod solver;
+mod turn;
 mod validate;
 mod wind;
 
@@ -20,7 +21,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use bending::{Bending, BendingModel};
-pub use body::{AngleKeyframe, Body, Capsule, Cuboid, Plane, Shape, Sphere, Turn};
+pub use body::{Body, Capsule, Cuboid, Plane, Shape, Sphere};
 pub use cloth::{Axis, Cloth, Grid, Network, PointMass, Source};
 pub use contact::Contact;
 pub use curves::{Curve, Curves};
@@ -29,6 +30,7 @@ pub(crate) use error::{brief, shorten};
 pub use fabric::{Fabric, Material};
 pub use selection::{Corner, Edge, Keyframe, LimitKeyframe, Pin, Selector, Weight};
 pub use solver::{FilterKind, IntegratorKind, Solver, Substeps};
+pub use turn::{AngleKeyframe, Turn};
 pub(crate) use validate::{FARTHEST, MASSES, NEAREST};
 pub use wind::{Flow, FlowElement, FlowKind, Gust, Wind, WindLaw, WindModel};
 

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Turn;
+
 /// What a selection chooses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Selector<'a> {
@@ -60,14 +62,26 @@ macro_rules! selection {
 }
 
 selection! {
-    /// Particles that are held: exactly one of `corner`, `edge`, `vertices`, `box`, `nearest`; with `move` or `follow` they travel.
+    /// Particles that are held: exactly one of `corner`, `edge`, `vertices`, `box`, `nearest`; with `move` and `turn`, or with `follow`, they travel.
     pub struct Pin {
+        /// How they turn about a straight line, before `move` displaces them; not at all when left out.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub turn: Option<Turn>,
         /// Keyframes `[time [s], [dx, dy, dz] [m]]` of the displacement from the start, joined by straight lines.
         #[serde(rename = "move", skip_serializing_if = "Vec::is_empty")]
         pub keyframes: Vec<Keyframe>,
-        /// An array file, .npy of shape (frames, pinned vertices, 3) or .pc2, of where they are in every frame [m], joined by straight lines; in place of `move`.
+        /// An array file, .npy of shape (frames, pinned vertices, 3) or .pc2, of where they are in every frame [m], joined by straight lines; in place of `move` and `turn`.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub follow: Option<String>,
+    }
+}
+
+impl Pin {
+    /// Whether it goes the same way as another, by keyframes. Arrays tell where each vertex is: no two of them are the same.
+    #[must_use]
+    pub fn travels_like(&self, other: &Self) -> bool {
+        let by_keyframes = self.follow.is_none() && other.follow.is_none();
+        by_keyframes && self.keyframes == other.keyframes && self.turn == other.turn
     }
 }
 

@@ -3,7 +3,7 @@
 use super::error::brief;
 use super::{
     Bending, Cloth, Flow, FlowElement, FlowKind, Keyframe, Network, Pin, PointMass, Scene, SceneError, Selector, Source,
-    Substeps, Wind, body, contact, curves,
+    Substeps, Wind, body, contact, curves, turn,
 };
 
 /// What a check finds wrong first, if anything.
@@ -277,10 +277,13 @@ fn check_selection(at: &str, selectors: &[Selector<'_>], cloth: &Cloth) -> Check
 fn check_pin(at: &str, pin: &Pin, cloth: &Cloth) -> Check {
     check_selection(at, &pin.selectors(), cloth)?;
     if let Some(path) = &pin.follow
-        && (path.is_empty() || !pin.keyframes.is_empty())
+        && (path.is_empty() || !pin.keyframes.is_empty() || pin.turn.is_some())
     {
-        let problem = "must be the path of an .npy or .pc2 file, and a pin that follows one has no `move`";
+        let problem = "must be the path of an .npy or .pc2 file, and a pin that follows one has neither `move` nor `turn`";
         return Err(SceneError::with_value(format!("{at}.follow"), format!("{path:?}"), problem));
+    }
+    if let Some(turn) = &pin.turn {
+        turn::check(&format!("{at}.turn"), turn)?;
     }
     check_moves(&format!("{at}.move"), &pin.keyframes, "a pin is where the cloth is")
 }
@@ -359,4 +362,13 @@ pub(super) fn vector(at: &str, value: &[f64; 3], most: f64, remedy: &str) -> Che
     }
     let allowed = if most == f64::MAX { "finite numbers".to_owned() } else { format!("numbers in [-{most}, {most}]") };
     Err(out_of_range(at, format!("[{}]", value.map(brief).join(", ")), &allowed, remedy))
+}
+
+/// A vector with a direction.
+pub(super) fn direction(at: &str, value: &[f64; 3]) -> Check {
+    vector(at, value, 1e6, "[0, 0, 1]")?;
+    if norm(value) < 1e-6 {
+        return Err(out_of_range(at, format!("{value:?}"), "a direction, at least 1e-6 long", "[0, 0, 1]"));
+    }
+    Ok(())
 }
