@@ -30,6 +30,13 @@ def walk(frames: int, vertices: int = 4) -> np.ndarray[Any, np.dtype[np.float64]
     return CORNERS[None, :vertices] + ways[:, None]
 
 
+def holed(frames: int, frame: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """A walk with a number that is none in one of its frames."""
+    places = walk(frames)
+    places[frame, 2, 0] = np.nan
+    return places
+
+
 def test_what_is_left_out_is_filled_in_and_reads_the_same_again() -> None:
     scene = Scene(with_body(sphere={"center": [0, 0, 1], "radius": 0.5}))
     body = scene.document["body"][0]
@@ -128,7 +135,8 @@ def test_a_sandbox_refuses_hostile_paths(tmp_path: Path, name: str, message: str
         ),
         (walk(3)[:0], "has no frame; give at least one"),
         (walk(3) + 1.0, "a motion begins where the mesh is"),
-        (walk(3) * [1.0, 1.0, np.nan], r"at \[0, 0\]; all places must be finite numbers"),
+        (walk(3) * [1.0, 1.0, np.nan], r"vertex 0 at \[.*\] in frame 0; all places must be finite numbers"),
+        (holed(9, frame=7), r"vertex 2 at \[NaN, .*\] in frame 7; all places must be finite numbers"),
     ],
 )
 def test_motions_that_do_not_fit_are_refused(content: Any, words: str, tmp_path: Path) -> None:
@@ -155,3 +163,26 @@ def test_the_fields_are_those_of_the_schema() -> None:
     assert {"Body", "Sphere", "Capsule", "Cuboid", "Plane", "Turn", "Contact"} <= set(tables())
     assert {"box", "move", "motion"} <= {field.name for field in fields("Body")}
     assert [field.name for field in fields("Contact")] == ["self"]
+
+
+@pytest.mark.parametrize("kind", ["outwards", "inwards", "open"])
+def test_cloth_stays_on_its_side_of_any_surface(kind: str) -> None:
+    corners = np.array([[x, y, z] for z in (0.0, 0.5) for y in (-0.2, 0.2) for x in (-0.2, 0.2)])
+    faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    if kind == "inwards":
+        faces = [face[::-1] for face in faces]
+    if kind == "open":
+        faces = faces[1:2]
+    cloth = {
+        "grid": {"size": [0.6, 0.6], "cells": [12, 12], "axes": ["x", "y"], "origin": [-0.3, -0.3, 0.52]},
+        "thickness": 0.004,
+    }
+    scene = Scene(
+        {"cloth": [cloth], "contact": {"self": False}, "body": [{"mesh": "m"}]}, {"m": (corners, faces)}
+    )
+    simulation = Simulation(scene, threads=1)
+    assert simulation.warnings == []
+    inner = np.abs(simulation.positions[:, :2]).max(axis=1) < 0.12
+    simulation.run(40)
+    assert inner.any() and (simulation.positions[inner, 2] > 0.5).all()
+    assert simulation.positions[:, 2].min() < 0.45, "it hangs over the edge"

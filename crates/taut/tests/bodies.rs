@@ -426,7 +426,7 @@ fn motions_that_do_not_fit_are_refused() {
         (changed(|walk| walk.rate = Some(0.0)), &["has no frames per second above 0"]),
         (
             changed(|walk| walk.places = walk.places.iter().map(|place| place / (place.z - 2.0)).collect()),
-            &["at [1, 4]; all places must be finite numbers within 1e9 m of the origin"],
+            &["has vertex 4 at [NaN, NaN, inf] in frame 1; all places must be finite numbers within 1e9 m of the origin"],
         ),
         (
             changed(|walk| walk.places = walk.places.iter().map(|place| place * 1.1).collect()),

@@ -145,7 +145,7 @@ fn arrays_that_do_not_fit_are_refused() {
         (BTreeMap::new(), "were not given"),
         (followed(&home, 1), "places of 1 vertices, the pin holds 2"),
         (followed(&[], 2), "has no frame"),
-        (followed(&[home[0], home[1], [f64::NAN; 3], home[1]], 2), "has [NaN, NaN, NaN] at [1, 0]"),
+        (followed(&[home[0], home[1], [f64::NAN; 3], home[1]], 2), "has vertex 0 at [NaN, NaN, NaN] in frame 1; all places"),
         (followed(&[home[1], home[0]], 2), "vertex 20"),
     ];
     for (arrays, words) in bad {

@@ -135,7 +135,7 @@ impl Followed {
         if let Some(place) = places.iter().position(|place| !(place.is_finite() && place.abs().max_element() <= FARTHEST)) {
             let (frame, vertex) = (place / vertices, place % vertices);
             return Err(format!(
-                "has {:?} at [{frame}, {vertex}]; all places must be finite numbers within {FARTHEST:e} m of the origin",
+                "has vertex {vertex} at {:?} in frame {frame}; all places must be finite numbers within {FARTHEST:e} m of the origin",
                 places[place].to_array()
             ));
         }

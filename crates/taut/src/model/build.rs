@@ -13,7 +13,7 @@ use super::{
     Adjacency, Bend, Bending, Bodies, Buckling, ClothRange, ContactSettings, Curvatures, Curve, CurvedLink, CurvedSprings,
     Follows, Lattice, LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind,
     Springs, bending, curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, precision, rates, rates::Rates,
-    suits, weights,
+    suits, thick, weights,
 };
 use crate::geometry::{Vectors, turn};
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source};
@@ -292,6 +292,7 @@ impl Assembly {
         let of_cloths = rates::of_cloths(&self.cloths, &self.particles, &springs, &bending);
         let hierarchies = levels(filter, &mut self.cloths, &self.particles, &springs, &self.triangles, &lattices, &of_cloths);
         self.warnings.extend(suits::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
+        self.warnings.extend(thick::cautions(scene, &self.cloths, &springs, &self.numbering));
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
         let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();
         let both_ways = listed.iter().flat_map(|&index| {

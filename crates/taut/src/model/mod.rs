@@ -24,6 +24,7 @@ mod selection;
 mod springs;
 mod suits;
 mod surface;
+mod thick;
 mod weights;
 mod winding;
 

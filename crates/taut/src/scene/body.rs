@@ -30,7 +30,7 @@ pub struct Body {
     /// All that lies behind a plane: cloth stays on the side that the normal points to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plane: Option<Plane>,
-    /// A mesh file of its surface (obj, ply, stl, ..), its path relative to the scene file.
+    /// A mesh file of its surface (obj, ply, stl, ..), its path relative to the scene file. It may be open, and which way its faces look does not matter: cloth stays on the side where it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<String>,
     /// Factor on all coordinates of `mesh`, applied first [1].
@@ -39,7 +39,7 @@ pub struct Body {
     pub rotate: [f64; 3],
     /// Displacement of `mesh`, applied last [m].
     pub translate: [f64; 3],
-    /// An array file, .npy of shape (frames, vertices of `mesh`, 3) or .pc2, of where they are in every frame [m], joined by straight lines; in place of `move` and `turn`.
+    /// An array file, .npy of shape (frames, vertices of `mesh`, 3) or .pc2, of where they are in every frame [m], joined by straight lines; in place of `move` and `turn`. After its last frame it stays there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<String>,
     /// Coulomb's coefficient of the friction of cloth on it [1].

@@ -66,7 +66,7 @@ pub struct Cloth {
     pub lift_coefficient: Option<f64>,
     /// Friction of the relative wind along both sides of the cloth together [1]; 0 leaves it out, as the paper does.
     pub friction_coefficient: f64,
-    /// Mid-surfaces of cloths are kept this far apart [m]; where nothing collides it has no effect. That of the preset when left out.
+    /// Mid-surfaces of cloths are kept this far apart [m]; where nothing collides it has no effect. At most half of the shortest edge of a cloth that touches itself. That of the preset when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
     /// Coulomb's coefficient of the friction of cloth on cloth [1]; 0.3 when left out.

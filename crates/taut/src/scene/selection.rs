@@ -70,7 +70,7 @@ selection! {
         /// Keyframes `[time [s], [dx, dy, dz] [m]]` of the displacement from the start, joined by straight lines.
         #[serde(rename = "move", skip_serializing_if = "Vec::is_empty")]
         pub keyframes: Vec<Keyframe>,
-        /// An array file, .npy of shape (frames, pinned vertices, 3) or .pc2, of where they are in every frame [m], joined by straight lines; in place of `move` and `turn`.
+        /// An array file, .npy of shape (frames, pinned vertices, 3) or .pc2, of where they are in every frame [m], joined by straight lines; in place of `move` and `turn`. After its last frame they stay there.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub follow: Option<String>,
     }
