@@ -24,7 +24,7 @@ ENGINE_RULES: dict[str, set[str]] = {
     "contact": {"model", "geometry"},
     "filter": {"contact", "scene", "model", "inputs", "schedule", "state", "geometry"},
     "health": {"model", "inputs", "state", "geometry", "forces", "filter"},
-    "prepare": {"scene", "model", "inputs", "schedule"},
+    "prepare": {"scene", "model", "inputs", "schedule", "contact"},
     "step": {"model", "inputs", "schedule", "state", "geometry", "forces", "integrate", "filter", "health"},
     "advance": {"model", "inputs", "schedule", "state", "health", "step"},
 }

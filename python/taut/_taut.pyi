@@ -171,6 +171,14 @@ class Engine:
         """Triangles of all bodies, vertices counted over all bodies, shape (triangles, 3)."""
     def body_positions(self) -> NDArray[np.float64]:
         """Where the vertices of all bodies are now in the world [m], shape (body vertices, 3), a copy."""
+    def intersections(
+        self,
+    ) -> tuple[int, list[tuple[str, str, str, str, int, list[float], float | None]]]:
+        """How many places there are where cloth intersects something now, and the first of them.
+
+        Of each the cloth, the other cloth or body, which of these it is ("cloth", "body"), how ("crosses",
+        "inside"), the nearest vertex of all, where in the world [m], and how deep [m], where that is known.
+        """
     @property
     def faces(self) -> NDArray[np.int32]:
         """Triangles, shape (triangles, 3)."""

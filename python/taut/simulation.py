@@ -22,6 +22,7 @@ from taut.arrays import (
     world_places,
 )
 from taut.bodies import Body, bodies_at
+from taut.intersections import Intersections, intersections_of
 from taut.report import Report
 from taut.scene import Scene
 from taut.scene.plain import plain
@@ -130,6 +131,14 @@ class Simulation(Simulated):
         ``simulation.bodies["ball"].positions`` is the middle of a ball [m], shape (1, 3), float64.
         """
         return bodies_at(self.body_ranges, self.body_positions, self.body_triangles)
+
+    def intersections(self) -> Intersections:
+        """Where cloth intersects bodies, other cloth or itself now.
+
+        Contact makes no crossing and takes none back. Those at the start are among :attr:`warnings`; others
+        can only come with a state that is set. Cloth and cloth count where cloths collide with themselves.
+        """
+        return intersections_of(*self._engine.intersections())
 
     @property
     def past(self) -> NDArray[np.float32] | None:

@@ -18,7 +18,7 @@ use crate::checks::{affordable, below, duration, movable, scene_with, workers};
 use crate::report::report;
 use crate::running::{Guarded, Running};
 use crate::turns::{Turns, or_error};
-use crate::{SimulationError, arrays, bodies, pools, registers, scene_error, yardstick};
+use crate::{SimulationError, arrays, bodies, intersections, pools, registers, scene_error, yardstick};
 
 /// See `_taut.pyi` for the documentation of the members.
 #[pyclass(frozen, module = "taut._taut")]
@@ -145,6 +145,11 @@ impl Engine {
     fn body_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let places = self.running.with(py, |running| running.state.bodies.clone())?;
         Ok(arrays::rows_of(PyArray1::from_iter(py, places.iter().flat_map(|place| place.to_array())), 3))
+    }
+
+    fn intersections(&self, py: Python<'_>) -> PyResult<intersections::Found> {
+        let state = self.running.with(py, |running| running.state.clone())?;
+        or_error(|| py.detach(|| intersections::find(&self.model, &state)))
     }
 
     #[getter]

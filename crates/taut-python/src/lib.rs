@@ -4,6 +4,7 @@ mod arrays;
 mod bodies;
 mod checks;
 mod engine;
+mod intersections;
 mod memory;
 mod pools;
 mod registers;

@@ -8,7 +8,7 @@
 //! Mathematics and sources: `docs/equations.md`.
 
 pub mod advance;
-pub(crate) mod contact;
+pub mod contact;
 pub mod filter;
 pub mod forces;
 pub mod geometry;

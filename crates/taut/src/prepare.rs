@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::contact::Intersections;
 use crate::inputs::{Followed, Inputs};
 use crate::model::{MeshData, Model};
 use crate::scene::{Scene, SceneError};
@@ -33,5 +34,7 @@ pub fn prepare(
     let inputs = Inputs::new(scene, &model, followed)?;
     let schedule = Schedule::new(scene, &model, &inputs)?;
     model.warnings.extend(schedule.cautions(&model).collect::<Vec<_>>());
+    let found = Intersections::at_start(&model);
+    model.warnings.extend(found.warnings(&model).collect::<Vec<_>>());
     Ok(Prepared { model, inputs, schedule })
 }

@@ -3,13 +3,16 @@
 //! Everything that can touch is a vertex, an edge or a triangle with a thickness around it. A sphere is a thick vertex, a capsule a
 //! thick edge, so that whole triangles stay outside of them and not their vertices alone; boxes and other bodies are surfaces like
 //! cloth; a plane bounds a half-space. Pairs that come near become rows, half-spaces that a filter keeps displacements in (rows.rs);
-//! what a step ends with is certified to be free of crossings on all of its way (certificate.rs).
+//! what a step ends with is certified to be free of crossings on all of its way (certificate.rs). What intersects at the start is told
+//! (start.rs).
 
 mod certificate;
 mod crossing;
 mod detect;
+mod pierce;
 mod proximity;
 mod rows;
+mod start;
 mod surfaces;
 mod tree;
 
@@ -18,6 +21,7 @@ use glam::DVec3;
 use crate::geometry::Vectors;
 use crate::model::Model;
 pub(crate) use rows::{Obstacle, Rows};
+pub use start::{Fault, Intersection, Intersections, Meeting, Other};
 use surfaces::Surfaces;
 
 /// The floor of the certificate, as a part of the thickness between two things [1]: what is left between them at least.
