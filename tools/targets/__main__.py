@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tools.targets import across, chain, far, hand, held, limit, mesh, momentum, motion, rest, settled, speed
+from tools.targets.contact import drapes
 from tools.targets.table import FULL, QUICK, ROOT, Effort, Row, details, markdown, write
 
 ROWS: dict[str, Callable[[Effort], Row]] = {
@@ -35,6 +36,7 @@ ROWS: dict[str, Callable[[Effort], Row]] = {
     "tips": settled.tips,
     "hand": hand.hand,
     "held": held.held,
+    "contact-drapes": drapes.drapes,
 }
 """A function a row; the table keeps this order."""
 DETAIL = ROOT / "docs" / "targets-detail.md"

@@ -1,0 +1,153 @@
+"""Whether anything passed through anything: the IPC Toolkit for triangles, NumPy for what is round or flat."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import ipctk
+import numpy as np
+from numpy.typing import NDArray
+from taut import Simulation
+from taut.bodies import Body, normal_of
+
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What there is to see at a moment."""
+
+    intersects: bool
+    """Whether triangles intersect."""
+    crosses: bool
+    """Whether something met something on the straight way since the last look."""
+    inside: tuple[str, ...]
+    """Names of spheres, capsules and planes that a triangle reaches into."""
+
+    @property
+    def clean(self) -> bool:
+        """Whether nothing is wrong."""
+        return not (self.intersects or self.crosses or self.inside)
+
+
+class Oracle:
+    """Looks at a simulation again and again.
+
+    Spheres and capsules are no meshes. Their middles are, a vertex and an edge: the toolkit sees whether cloth
+    goes through those on its way, NumPy how far whole triangles are from them.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        places, edges, faces = _world(simulation)
+        self._mesh = ipctk.CollisionMesh(places, edges, faces)
+        # Bodies may overlap: legs begin inside a torso.
+        self._mesh.can_collide = ipctk.make_static_obstacle_filter(len(simulation.mass))
+        self._before = places
+
+    def look(self, simulation: Simulation) -> Seen:
+        """What is wrong now, or was on the straight way since the last look."""
+        bodies = simulation.bodies
+        places = _places(simulation, bodies)
+        crosses = not ipctk.is_step_collision_free(self._mesh, self._before, places)
+        self._before = places
+        intersects = ipctk.has_intersections(self._mesh, places)
+        return Seen(intersects, crosses, tuple(_reached(simulation, bodies)))
+
+
+def _places(simulation: Simulation, bodies: Mapping[str, Body]) -> Points:
+    """Of all cloths, then of all bodies but planes."""
+    solid = [np.asarray(body.positions) for body in bodies.values() if body.shape != "plane"]
+    return np.asfortranarray(np.concatenate([simulation.exact_positions, *solid]))
+
+
+def _world(simulation: Simulation) -> tuple[Points, NDArray[np.int32], NDArray[np.int32]]:
+    """Places, edges and triangles."""
+    bodies = simulation.bodies
+    faces, rods = [simulation.faces.astype(np.int32)], []
+    first = len(simulation.mass)
+    for body in bodies.values():
+        if body.shape == "plane":
+            continue
+        if body.shape == "capsule":
+            rods.append([first, first + 1])
+        if len(body.triangles):
+            faces.append(body.triangles + np.int32(first))
+        first += len(body.positions)
+    triangles = np.concatenate(faces).astype(np.int32)
+    edges = np.concatenate([ipctk.edges(triangles), np.array(rods, np.int32).reshape(-1, 2)])
+    return _places(simulation, bodies), edges.astype(np.int32), triangles
+
+
+def _reached(simulation: Simulation, bodies: Mapping[str, Body]) -> list[str]:
+    """Spheres, capsules and planes that are not clear of all triangles."""
+    places = simulation.exact_positions
+    corners = places[simulation.faces]
+    found = []
+    for name, body in bodies.items():
+        if body.shape == "plane":
+            clear = bool(((places - body.positions[0]) @ normal_of(body) > 0).all())
+        elif body.shape in ("sphere", "capsule"):
+            clear = distance(corners, np.asarray(body.positions), body.radius) > body.radius
+        else:
+            continue
+        if not clear:
+            found.append(name)
+    return found
+
+
+def distance(corners: Points, line: Points, within: float = np.inf) -> float:
+    """The least distance of triangles, shape (n, 3, 3), from a point (1, 3) or a line between two (2, 3) [m].
+
+    Only triangles that may be nearer than `within` are looked at; infinite if there are none. A line that goes
+    through the inside of a triangle is not noticed.
+    """
+    middles = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
+    start, end = line[0], line[-1]
+    away = np.sqrt(_points_from_segments(middles, start[None], end[None]))
+    corners = corners[away - reach <= within]
+    if not len(corners):
+        return np.inf
+    found = min(float(_points_from_triangles(point, corners).min()) for point in line)
+    if len(line) == 2:
+        for a in range(3):
+            ends = corners[:, a], corners[:, (a + 1) % 3]
+            found = min(found, float(_segments_from_segments(start, end, *ends).min()))
+    return float(np.sqrt(found))
+
+
+def _points_from_segments(points: Points, start: Points, end: Points) -> Points:
+    """Squared distances [m^2]."""
+    way = end - start
+    along = np.einsum("nc,nc->n", points - start, np.broadcast_to(way, points.shape))
+    length = np.maximum(np.einsum("nc,nc->n", way, way), 1e-300)
+    nearest = start + np.clip(along / length, 0, 1)[:, None] * way
+    return np.asarray(((points - nearest) ** 2).sum(axis=1))
+
+
+def _points_from_triangles(point: Points, corners: Points) -> Points:
+    """Squared distances of a point from triangles [m^2]."""
+    a, b, c = (corners[:, corner] for corner in range(3))
+    points = np.broadcast_to(point, a.shape)
+    sides = [_points_from_segments(points, *ends) for ends in ((a, b), (b, c), (c, a))]
+    normal = np.cross(b - a, c - a)
+    area = np.maximum((normal**2).sum(axis=1), 1e-300)
+    height = ((points - a) * normal).sum(axis=1) ** 2 / area
+    above = np.ones(len(a), np.bool_)
+    for first, second in ((a, b), (b, c), (c, a)):
+        above &= (np.cross(second - first, points - first) * normal).sum(axis=1) >= 0
+    return np.where(above, height, np.minimum.reduce(sides))
+
+
+def _segments_from_segments(start: Points, end: Points, a: Points, b: Points) -> Points:
+    """Squared distances of a segment from others, the lines of which it does not cross exactly [m^2]."""
+    way, other = end - start, b - a
+    apart = start - a
+    ww, oo, wo = way @ way, (other**2).sum(axis=1), other @ way
+    wa, oa = apart @ way, (other * apart).sum(axis=1)
+    denominator = ww * oo - wo**2
+    safe = np.where(denominator > 0, denominator, 1.0)
+    s = np.clip(np.where(denominator > 0, (wo * oa - oo * wa) / safe, 0.0), 0, 1)
+    t = np.clip((wo * s + oa) / np.maximum(oo, 1e-300), 0, 1)
+    s = np.clip((wo * t - wa) / ww, 0, 1)
+    nearest = start + s[:, None] * way - (a + t[:, None] * other)
+    return np.asarray((nearest**2).sum(axis=1))
