@@ -95,7 +95,7 @@ def test_distances_of_triangles_from_points_and_lines() -> None:
         ([[3, 0, 0.2], [3, 1, 0.2]], np.hypot(2, 0.2)),
     ):
         assert distance(corners, np.array(line, float)) == pytest.approx(expected)
-    assert distance(corners, np.array([[0.2, 0.2, 0.5]]), within=0.1) == np.inf
+    assert distance(corners, np.array([[0.2, 0.2, 1.5]]), within=0.1) == np.inf
 
 
 def test_what_is_wrong_is_seen() -> None:

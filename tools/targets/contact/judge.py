@@ -1,4 +1,4 @@
-"""Whether anything passed through anything: the IPC Toolkit for triangles, NumPy for what is round or flat."""
+"""Whether anything passed through anything: by the IPC Toolkit, and by NumPy for what is round or flat."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -32,11 +32,12 @@ class Seen:
 class Oracle:
     """Looks at a simulation again and again.
 
-    Spheres and capsules are no meshes. Their middles are, a vertex and an edge: the toolkit sees whether cloth
-    goes through those on its way, NumPy how far whole triangles are from them.
+    Spheres and capsules are no meshes. Their middles are, a vertex and an edge: the toolkit sees whether
+    cloth goes through those on its way, NumPy how far whole triangles are from them.
     """
 
     def __init__(self, simulation: Simulation) -> None:
+        """Of a simulation as it is now."""
         places, edges, faces = _world(simulation)
         self._mesh = ipctk.CollisionMesh(places, edges, faces)
         # Bodies may overlap: legs begin inside a torso.
@@ -97,8 +98,8 @@ def _reached(simulation: Simulation, bodies: Mapping[str, Body]) -> list[str]:
 def distance(corners: Points, line: Points, within: float = np.inf) -> float:
     """The least distance of triangles, shape (n, 3, 3), from a point (1, 3) or a line between two (2, 3) [m].
 
-    Only triangles that may be nearer than `within` are looked at; infinite if there are none. A line that goes
-    through the inside of a triangle is not noticed.
+    Only triangles that may be nearer than `within` are looked at; infinite if there are none. A line that
+    goes through the inside of a triangle is not noticed.
     """
     middles = corners.mean(axis=1)
     reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)

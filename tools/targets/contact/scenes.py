@@ -1,6 +1,5 @@
 """What the scenes about contact are made of: sheets as grids and as irregular meshes, floors, bodies."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -10,9 +10,10 @@ Points = NDArray[np.float64]
 
 
 class Travel:
-    """The bodies of a simulation that has not begun yet."""
+    """The bodies of a simulation."""
 
     def __init__(self, simulation: Simulation) -> None:
+        """Of one that has not begun yet."""
         document = simulation.scene.document
         self._fps = simulation.scene.fps
         self._bodies = [

@@ -47,6 +47,7 @@ class Watch:
     """A simulation at every step of which an oracle looks."""
 
     def __init__(self, name: str, simulation: Simulation) -> None:
+        """Of one that has not begun yet."""
         self.found = Found(name)
         self.simulation = simulation
         self.tally = Tally()
