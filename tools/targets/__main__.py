@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tools.targets import across, chain, far, hand, held, limit, mesh, momentum, motion, rest, settled, speed
-from tools.targets.contact import drapes
+from tools.targets.contact import chance, drapes, friction, garments, heaps, pulled, shots
 from tools.targets.table import FULL, QUICK, ROOT, Effort, Row, details, markdown, write
 
 ROWS: dict[str, Callable[[Effort], Row]] = {
@@ -37,6 +37,12 @@ ROWS: dict[str, Callable[[Effort], Row]] = {
     "hand": hand.hand,
     "held": held.held,
     "contact-drapes": drapes.drapes,
+    "contact-heaps": heaps.heaps,
+    "contact-pulled": pulled.pulled,
+    "contact-shots": shots.shots,
+    "contact-random": chance.chance,
+    "contact-garments": garments.garments,
+    "contact-friction": friction.friction,
 }
 """A function a row; the table keeps this order."""
 DETAIL = ROOT / "docs" / "targets-detail.md"

@@ -56,7 +56,7 @@ class Oracle:
 
 def _places(simulation: Simulation, bodies: Mapping[str, Body]) -> Points:
     """Of all cloths, then of all bodies but planes."""
-    solid = [np.asarray(body.positions) for body in bodies.values() if body.shape != "plane"]
+    solid = [body.positions[_used(body)] for body in bodies.values() if body.shape != "plane"]
     return np.asfortranarray(np.concatenate([simulation.exact_positions, *solid]))
 
 
@@ -71,11 +71,18 @@ def _world(simulation: Simulation) -> tuple[Points, NDArray[np.int32], NDArray[n
         if body.shape == "capsule":
             rods.append([first, first + 1])
         if len(body.triangles):
-            faces.append(body.triangles + np.int32(first))
-        first += len(body.positions)
+            faces.append(np.searchsorted(_used(body), body.triangles).astype(np.int32) + np.int32(first))
+        first += len(_used(body))
     triangles = np.concatenate(faces).astype(np.int32)
     edges = np.concatenate([ipctk.edges(triangles), np.array(rods, np.int32).reshape(-1, 2)])
     return _places(simulation, bodies), edges.astype(np.int32), triangles
+
+
+def _used(body: Body) -> NDArray[np.int64]:
+    """Vertices that count: one that no triangle has would be a point in the air."""
+    if body.shape == "surface":
+        return np.unique(body.triangles).astype(np.int64)
+    return np.arange(len(body.positions))
 
 
 def _reached(simulation: Simulation, bodies: Mapping[str, Body]) -> list[str]:
@@ -136,7 +143,7 @@ def _points_from_triangles(point: Points, corners: Points) -> Points:
     above = np.ones(len(a), np.bool_)
     for first, second in ((a, b), (b, c), (c, a)):
         above &= (np.cross(second - first, points - first) * normal).sum(axis=1) >= 0
-    return np.where(above, height, np.minimum.reduce(sides))
+    return np.asarray(np.where(above, height, np.minimum.reduce(sides)))
 
 
 def _segments_from_segments(start: Points, end: Points, a: Points, b: Points) -> Points:

@@ -38,7 +38,7 @@ class Travel:
             angle = np.radians(_between([[0, 0], *turn["angle"]], time))
             point = np.array(turn["point"])
             places = point + (places - point) @ rotation(turn["axis"], angle).T
-        return places + _between([[0, [0, 0, 0]], *body.get("move", ())], time)
+        return np.asarray(places + _between([[0, [0, 0, 0]], *body.get("move", ())], time))
 
 
 def rotation(axis: Any, angle: float) -> Points:

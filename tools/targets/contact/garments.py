@@ -1,0 +1,64 @@
+"""The row about garments: on a figure that walks, and on one whose arm shuts on the cloth."""
+
+import numpy as np
+from taut.bench.meshes import cape, skirt
+from taut.bench.shirt import shirt
+from taut.bench.walker import SHOULDER, WAIST, squeezer, walk, walker
+
+from tools.targets.contact.scenes import Fields, Stage
+from tools.targets.contact.watch import Watch, row
+from tools.targets.table import Effort, Row
+
+WORN = (("skirt", 5000), ("shirt", 6400), ("cape", 8000), ("skirt", 16000))
+SQUEEZED = 6400  # vertices of the shirt
+SECONDS = 4.0  # [s]
+CLOTH: Fields = {
+    "thickness": 0.002,
+    "bending": "fabric",
+    "strain_limit": 0.05,
+    "density": 0.2,
+    "friction": 0.3,
+}
+
+
+def garments(effort: Effort) -> Row:
+    """All of them."""
+    found = []
+    for garment, vertices in WORN:
+        vertices = max(300, vertices // effort.divide**2)
+        made = worn(garment, vertices)
+        watch = Watch(f"{garment} of {vertices} on a walker", made.simulation())
+        found.append(watch.run(_frames(effort), driven=True).done(still=0))
+    vertices = max(300, SQUEEZED // effort.divide**2)
+    watch = Watch(f"shirt of {vertices}, an arm that shuts", squeezed(vertices).simulation())
+    found.append(watch.run(_frames(effort), driven=True).done(still=0))
+    target = (
+        "skirts of 5,000 and 16,000 vertices, shirt and cape on a walking figure of capsules, shirt on a "
+        "closed mesh of 10,000 faces whose arm shuts on it: no intersection, no crossing, the limit kept, "
+        "≤ 1 % of the steps in contact cut, no frame without motion"
+    )
+    return row(target, found, {})
+
+
+def _frames(effort: Effort) -> int:
+    return round(60 * SECONDS) if effort.divide == 1 else effort.frames
+
+
+def worn(garment: str, vertices: int) -> Stage:
+    """A garment on a figure that walks; skirt and cape are held by their upper edge."""
+    arms = {"shirt": "spread", "cape": "hanging"}.get(garment, "none")
+    made = Stage({"fps": 60}).body(*walker(SECONDS + 1.0, arms))  # type: ignore[arg-type]
+    if garment == "shirt":
+        return made.cloth(garment, mesh=shirt(vertices), translate=[0, 0, SHOULDER - 0.55], **CLOTH)
+    mesh, height = (skirt(vertices), WAIST) if garment == "skirt" else (cape(vertices), SHOULDER + 0.3)
+    upper = np.flatnonzero(mesh[0][:, 2] > -1e-4).tolist()
+    pins = [{"vertices": upper, "move": walk(SECONDS + 1.0)}]
+    return made.cloth(garment, mesh=mesh, translate=[0, 0, height], pins=pins, **CLOTH)
+
+
+def squeezed(vertices: int) -> Stage:
+    """A shirt on a torso, one arm of which shuts on the cloth between."""
+    places, faces, path = squeezer(SECONDS)
+    made = Stage({"fps": 60}, {"figure": (places, faces)}, {"arm": path})
+    made.body({"name": "figure", "mesh": "figure", "motion": "arm"})
+    return made.cloth("shirt", mesh=shirt(vertices), **CLOTH)

@@ -1,0 +1,131 @@
+"""The row about cloth that is pulled: twisted into a rope, and drawn through a funnel."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tools.targets.contact.scenes import Fields, Stage, kind, sheet
+from tools.targets.contact.travel import rotation
+from tools.targets.contact.watch import Found, Watch, row
+from tools.targets.table import Effort, Row
+
+TWIST, DRAWN = 4.0, 4.0  # [s], how long it is pulled
+TURNS = 2.0  # of one end against the other
+WIDE, TUBE = 0.45, 0.1  # radii of a funnel [m]
+CLOTH: Fields = {"thickness": 0.003, "bending": "fabric", "friction": 0.2, "air_drag": 0.5}
+Points = NDArray[np.float64]
+
+
+def pulled(effort: Effort) -> Row:
+    """The twist and the funnel."""
+    found = []
+    for mesh in (False, True):
+        across = effort.cells(48) + 1
+        found.append(_measured(f"twist, {kind(mesh)} of {across}²", twist(across, mesh), TWIST, effort))
+    for mesh in (False, True):
+        across = effort.cells(64) + 1
+        found.append(_measured(f"funnel, {kind(mesh)} of {across}²", funnel(across, mesh), DRAWN, effort))
+    target = (
+        "sheet of 49² twisted by two turns under tension, sheet of 65² drawn through a funnel; grids and "
+        "meshes: no intersection, no crossing, the limit kept, ≤ 1 % of the steps in contact cut, no frame "
+        "without motion while pulled"
+    )
+    return row(target, found, {"behind": ("pins behind at the end [mm]", 1e3)})
+
+
+def _measured(name: str, made: Stage, seconds: float, effort: Effort) -> Found:
+    frames = round(60 * seconds) if effort.divide == 1 else effort.frames
+    watch = Watch(name, made.simulation()).run(frames, driven=True)
+    simulation = watch.simulation
+    path = np.asarray(made.paths["path"])
+    held = simulation.exact_positions[simulation.pin_groups[0]]
+    behind = np.linalg.norm(held - path[min(frames, len(path) - 1)], axis=1).max()
+    watch.found.add("behind", float(behind))
+    return watch.done(still=0)
+
+
+def _followed(made: Stage, fields: Fields, path: Points, chosen: NDArray[np.int64]) -> Stage:
+    """With a cloth some vertices of which follow a path."""
+    made.paths["path"] = path
+    return made.cloth("sheet", pins=[{"vertices": chosen.tolist(), "follow": "path"}], **fields)
+
+
+def twist(across: int, mesh: bool) -> Stage:
+    """A sheet whose ends turn against each other and come nearer, so that it can become a rope."""
+    width = 0.5
+    fields = CLOTH | sheet(across, mesh=mesh)
+    # A narrow sheet: two metres of length would be needed else.
+    made = Stage({"fps": 60, "gravity": [0, 0, -9.81]})
+    places = _vertices(fields, across)
+    squeezed = places * [1.0, width, 1.0]
+    if mesh:
+        fields["mesh"] = squeezed, fields["mesh"][1]
+    else:
+        fields["grid"] |= {"size": [1.0, width], "origin": [-0.5, -width / 2, 0.0]}
+    ends = np.flatnonzero(np.abs(squeezed[:, 0]) > 0.5 - 1e-9)
+    path = []
+    for time in np.arange(round(60 * TWIST) + 1) / 60:
+        part = time / TWIST
+        nearer = 0.5 * 0.45 * (1 - np.cos(np.pi * min(1.0, 1.2 * part))) / 2
+        side = np.sign(squeezed[ends, 0])
+        turned = [
+            place @ rotation([1, 0, 0], np.pi * TURNS * part * sign).T - [nearer * sign, 0, 0]
+            for place, sign in zip(squeezed[ends], side, strict=True)
+        ]
+        path.append(turned)
+    return _followed(made, fields, np.array(path), ends)
+
+
+def funnel(across: int, mesh: bool) -> Stage:
+    """A sheet on a funnel, drawn down by its middle."""
+    size = 0.8
+    fields = CLOTH | sheet(across, size, mesh=mesh) | {"translate": [0.0, 0.0, 0.02]}
+    places = _vertices(fields, across)
+    middle = np.flatnonzero(np.linalg.norm(places, axis=1) < max(0.03, 0.8 * size / across))
+    start = places[middle] + fields["translate"]
+    down = np.linspace(0, 1, round(60 * DRAWN) + 1)[:, None, None] * [0.0, 0.0, -1.3]
+    made = Stage({"fps": 60}, {"funnel": shell()})
+    made.body({"name": "funnel", "mesh": "funnel", "friction": 0.2})
+    return _followed(made, fields, start + down, middle)
+
+
+def shell(around: int = 64) -> tuple[Points, NDArray[np.int64]]:
+    """A funnel with a wall of 10 mm, round the z axis: wide at z = 0, a tube below; it is closed."""
+    bend = np.linspace(0, np.pi / 4, 7)
+    cone = np.column_stack([np.linspace(WIDE, TUBE + 0.06, 12), np.linspace(0, TUBE + 0.06 - WIDE, 12)])
+    last = cone[-1]
+    # Where the cone becomes the tube it is rounded.
+    radius = 0.06 / (1 - np.cos(np.pi / 4))
+    back = bend[::-1]
+    drop = radius * (np.sin(np.pi / 4) - np.sin(back))
+    arc = np.column_stack([TUBE + radius * (1 - np.cos(back)), last[1] - drop])
+    tube = np.column_stack([np.full(8, TUBE), np.linspace(arc[-1, 1], arc[-1, 1] - 0.3, 9)[1:]])
+    inner = np.concatenate([cone, arc[1:], tube])
+    way = np.gradient(inner, axis=0)
+    out = np.column_stack([-way[:, 1], way[:, 0]])
+    outer = inner + 0.01 * out / np.linalg.norm(out, axis=1)[:, None]
+    profile = np.concatenate([inner, outer[::-1]])
+    angle = np.arange(around) * 2 * np.pi / around
+    places = np.stack(
+        [
+            profile[:, None, 0] * np.cos(angle),
+            profile[:, None, 0] * np.sin(angle),
+            np.broadcast_to(profile[:, None, 1], (len(profile), around)),
+        ],
+        axis=-1,
+    ).reshape(-1, 3)
+    number = np.arange(len(places)).reshape(len(profile), around)
+    a, b = number, np.roll(number, -1, axis=1)
+    c, d = np.roll(b, -1, axis=0), np.roll(a, -1, axis=0)
+    faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
+    return places, faces
+
+
+def _vertices(fields: Fields, across: int) -> Points:
+    """Of a sheet, before it is turned and displaced [m]."""
+    if "mesh" in fields:
+        return np.asarray(fields["mesh"][0], np.float64)
+    grid = fields["grid"]
+    low, high = np.array(grid["origin"][:2]), np.array(grid["origin"][:2]) + grid["size"]
+    x, y = (np.linspace(low[axis], high[axis], across) for axis in (0, 1))
+    yy, xx = np.meshgrid(y, x, indexing="ij")
+    return np.column_stack([xx.ravel(), yy.ravel(), np.zeros(across**2)])

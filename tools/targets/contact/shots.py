@@ -1,0 +1,76 @@
+"""The row about fast balls: none may be found on the other side of a sheet."""
+
+import numpy as np
+from numpy.typing import NDArray
+from taut import Simulation
+
+from tools.targets.contact.scenes import Fields, Stage, ball, kind, sheet
+from tools.targets.contact.watch import Found, Watch, row
+from tools.targets.table import Effort, Row
+
+SPEEDS = (20.0, 100.0)  # [m/s]
+RATES = (30, 60, 240)  # steps a second
+RADIUS = 0.1  # of the ball [m]
+BEFORE, BEHIND = 2.0, 0.3  # where its flight begins before the sheet, and ends behind it [m]
+CLOTH: Fields = {"thickness": 0.004, "bending": "fabric"}
+MORE = {"through": ("frames with the ball behind the sheet", 1.0), "end": ("ball late at the end [mm]", 1e3)}
+
+
+def shots(effort: Effort) -> Row:
+    """Balls of two speeds, steps of three lengths."""
+    found = []
+    across = effort.cells(32) + 1
+    for speed in SPEEDS:
+        for rate in RATES:
+            for mesh in (False, True):
+                name = f"{speed:g} m/s, {rate} steps a second, {kind(mesh)} of {across}²"
+                found.append(_measured(name, shot(across, mesh, speed, rate), effort))
+    target = (
+        "ball of 20 and of 100 m/s at a hanging sheet of 33², steps of 1/30 to 1/240 s, grids and meshes: no "
+        "intersection, no crossing, the limit kept, the ball never behind the sheet"
+    )
+    return row(target, found, MORE)
+
+
+def shot(across: int, mesh: bool, speed: float, rate: int) -> Stage:
+    """A sheet that hangs by its upper edge, and a ball that flies against its middle and stops."""
+    way = BEFORE + BEHIND
+    heavy = ball([0.02, -BEFORE, 0.5], RADIUS, move=[[0.1, [0, 0, 0]], [0.1 + way / speed, [0, way, 0]]])
+    upper = [{"box": [[-2, -2, 0.9999], [2, 2, 1.1]]}]
+    fields = CLOTH | sheet(across, mesh=mesh) | {"rotate": [90.0, 0, 0], "translate": [0, 0, 0.5]}
+    solver = {"substeps": 1, "force_step": True}
+    return Stage({"fps": rate, "solver": solver}).body(heavy).cloth("sheet", pins=upper, **fields)
+
+
+def _measured(name: str, made: Stage, effort: Effort) -> Found:
+    simulation = made.simulation()
+    through = 0
+
+    def look(simulation: Simulation) -> None:
+        nonlocal through
+        through += behind(simulation)
+
+    seconds = 0.8 if effort.divide == 1 else 0.25
+    # Steps are cut where something so fast comes; that is no fault as long as the ball catches up.
+    watch = Watch(name, simulation).run(round(seconds * simulation.scene.fps), each=look)
+    watch.found.add("through", through, 0)
+    centre = simulation.bodies["ball"].positions[0]
+    watch.found.add("end", float(np.linalg.norm(centre - [0.02, BEHIND, 0.5])))
+    return watch.done(cut=np.inf)
+
+
+def behind(simulation: Simulation) -> bool:
+    """Whether cloth lies between the ball and where it came from."""
+    centre = simulation.bodies["ball"].positions[0]
+    corners: NDArray[np.float64] = simulation.exact_positions[simulation.faces]
+    flat = (corners - centre)[:, :, [0, 2]]
+    sides = []
+    for a in range(3):
+        one, other = flat[:, a], flat[:, (a + 1) % 3]
+        sides.append(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+    around = np.sign(sides)
+    meets = np.abs(around.sum(axis=0)) == 3
+    # Where the line along y through the middle meets the triangle.
+    weights = np.roll(np.array(sides), -1, axis=0)[:, meets]
+    depth = (weights.T * (corners[meets, :, 1] - centre[1])).sum(axis=1) / weights.sum(axis=0)
+    return bool((depth < 0).any())
