@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tools.targets import across, chain, far, hand, held, limit, mesh, momentum, motion, rest, settled, speed
 from tools.targets.contact import chance, drapes, friction, garments, heaps, pulled, shots
+from tools.targets.contact import speed as cost
 from tools.targets.table import FULL, QUICK, ROOT, Effort, Row, details, markdown, write
 
 ROWS: dict[str, Callable[[Effort], Row]] = {
@@ -43,6 +44,7 @@ ROWS: dict[str, Callable[[Effort], Row]] = {
     "contact-random": chance.chance,
     "contact-garments": garments.garments,
     "contact-friction": friction.friction,
+    "contact-speed": cost.speed,
 }
 """A function a row; the table keeps this order."""
 DETAIL = ROOT / "docs" / "targets-detail.md"
