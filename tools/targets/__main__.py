@@ -69,11 +69,14 @@ def main() -> None:
     parser.add_argument(
         "--sizes", type=_sizes, default=(), help="of meshes, as 65,129: vertices along a side"
     )
+    parser.add_argument("--case", default="", help="of rows about contact: cases with this in their name")
     parser.add_argument("--detail", type=Path, metavar="FILE", help="tables of all that was measured")
     given = parser.parse_args()
-    if given.write and (given.only or given.quick or given.sizes or given.runs != FULL.runs):
-        parser.error("--write needs all rows at full size; leave out --only, --quick, --sizes and --runs")
-    effort = replace(QUICK if given.quick else FULL, sizes=given.sizes)
+    if given.write and (given.only or given.quick or given.sizes or given.case or given.runs != FULL.runs):
+        parser.error(
+            "--write needs all rows at full size; leave out --only, --quick, --sizes, --case, --runs"
+        )
+    effort = replace(QUICK if given.quick else FULL, sizes=given.sizes, case=given.case)
     if given.runs != FULL.runs:
         effort = replace(effort, runs=given.runs)
     rows = {}

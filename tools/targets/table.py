@@ -43,6 +43,17 @@ class Effort:
     """Vertices along a side of the meshes of the rows about their cost; those of the rows when left out."""
     steps: float = 1.0
     """Steps of each case of the bound are multiplied by this [1]."""
+    case: str = ""
+    """Of rows about contact only cases that have this in their name."""
+
+    @property
+    def whole(self) -> bool:
+        """Whether sizes and durations are those of the rows."""
+        return self.divide == 1
+
+    def length(self, seconds: float) -> int:
+        """Frames at 60 a second [1]."""
+        return max(4, round(60 * seconds)) if self.whole else self.frames
 
     def cells(self, cells: int) -> int:
         """Cells along a side [1]."""

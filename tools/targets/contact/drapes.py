@@ -1,11 +1,14 @@
 """The row about sheets on a ball, on the corner of a cube and on a ball that spins."""
 
+from collections.abc import Iterator
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 from taut import Simulation
 
 from tools.targets.contact.scenes import FLOOR, Fields, Stage, ball, corner_up, kind, sheet
-from tools.targets.contact.watch import Found, Watch, row
+from tools.targets.contact.watch import Case, Found, Watch, measured, row
 from tools.targets.record import Motion, rms
 from tools.targets.rest import CALMING
 from tools.targets.table import Effort, Row
@@ -26,11 +29,7 @@ MORE = {
 
 def drapes(effort: Effort) -> Row:
     """What comes to lie, and what is turned under it."""
-    found = []
-    for across in ACROSS[: 2 if effort.divide == 1 else 1]:
-        for on in ON:
-            for mesh in (False, True):
-                found.append(_measured(on, effort.cells(across - 1) + 1, mesh, effort))
+    found = measured(_cases(effort), effort)
     target = (
         "sheets of 1 m, 65² and 129², grids and irregular meshes, on a ball, on the corner of a cube, on a "
         "ball of friction 0.4 that turns by 180 degrees/s: no intersection, no crossing, the limit kept, "
@@ -38,6 +37,15 @@ def drapes(effort: Effort) -> Row:
         "the one that turns), drapes of 65² within 1 % of the size of those at 4 x finer steps"
     )
     return row(target, found, MORE)
+
+
+def _cases(effort: Effort) -> Iterator[Case]:
+    for across in ACROSS[: 2 if effort.whole else 1]:
+        for on in ON:
+            for mesh in (False, True):
+                size = effort.cells(across - 1) + 1
+                name = f"{on}, {kind(mesh)} of {size}²"
+                yield name, partial(_measured, name, on, size, mesh, effort)
 
 
 def stage(on: str, across: int, mesh: bool) -> Stage:
@@ -54,10 +62,10 @@ def stage(on: str, across: int, mesh: bool) -> Stage:
     return Stage({"fps": 60}).body(FLOOR, body).cloth("sheet", translate=place, **fields)
 
 
-def _measured(on: str, across: int, mesh: bool, effort: Effort) -> Found:
-    frames = round(60 * SECONDS) if effort.divide == 1 else effort.frames
+def _measured(name: str, on: str, across: int, mesh: bool, effort: Effort) -> Found:
+    frames = effort.length(SECONDS)
     made = stage(on, across, mesh)
-    watch = Watch(f"{on}, {kind(mesh)} of {across}²", made.simulation()).run(frames)
+    watch = Watch(name, made.simulation()).run(frames)
     profile = heights(watch.simulation)
     if not watch.found.failed and on != "spinning ball":
         watch.found.add("rest", rms(Motion.of(watch.simulation, 31).shaking()), REST)

@@ -1,6 +1,7 @@
 """The row about friction: slopes, a strip over a rod, a sheet that stops, a strip that is pinched."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,7 @@ from taut import Simulation
 from taut.bench.meshes import irregular_sheet
 
 from tools.targets.contact.scenes import SKIN, Fields, Stage, kind, sheet
-from tools.targets.contact.watch import Found, row
+from tools.targets.contact.watch import Case, Found, measured, row
 from tools.targets.table import Effort, Row
 
 G = 9.81  # [m/s^2]
@@ -19,6 +20,8 @@ CREEP = 1e-4  # [m/s], of what sticks
 WITHIN, CAPSTAN = 0.02, 0.05
 ROD = 0.1  # radius of the rod under the strip [m]
 HANGING, WIDTH, LIGHT = 0.4, 0.05, 0.05  # of the strip [m], [m], and the lighter weight [kg]
+FRICTIONS = (0.2, 0.5, 1.0)
+DENSITY = 0.1  # of the strip [kg/m^2]
 MORE = {
     "creep": ("creeps [mm/s]", 1e3),
     "slides": ("acceleration off [%]", 100.0),
@@ -27,21 +30,13 @@ MORE = {
     "stays": ("does not slip", 1.0),
 }
 Points = NDArray[np.float64]
+Chosen = NDArray[np.int64] | slice
+ALL = slice(None)
 
 
 def friction(effort: Effort) -> Row:
     """All of it."""
-    found = []
-    for on in ("plane", "box", "cloth"):
-        for mu in (0.2, 0.5, 1.0):
-            for mesh in (False, True):
-                found += _slope(on, mu, mesh, effort)
-    for speed in (1.0, 3.0):
-        for mesh in (False, True):
-            found.append(_stop(speed, mesh, effort))
-    for mesh in (False, True):
-        found += _capstan(0.3, mesh, effort)
-    found.append(_pinch(effort))
+    found = measured(_cases(effort), effort)
     target = (
         "slopes of planes, boxes and cloth, friction 0.2 to 1: at 0.95 of its tangent a sheet creeps by "
         "< 0.1 mm/s, at 1.05 it slides with g (sin - mu cos) within 2 %; strip half round a rod: ratio of "
@@ -51,30 +46,47 @@ def friction(effort: Effort) -> Row:
     return row(target, found, MORE)
 
 
-def _run(simulation: Simulation, seconds: float, effort: Effort) -> Points:
-    """Middle of all vertices in every frame [m], shape (frames + 1, 3)."""
-    path = [simulation.exact_positions.mean(axis=0)]
+def _cases(effort: Effort) -> Iterator[Case]:
+    for on in ("plane", "box", "cloth"):
+        for mu in FRICTIONS if effort.whole else FRICTIONS[:1]:
+            for mesh in (False, True):
+                name = f"{on}, friction {mu:g}, {kind(mesh)}"
+                yield f"{name}, sticks", partial(_sticks, f"{name}, sticks", on, mu, mesh, effort)
+                yield f"{name}, slides", partial(_slides, f"{name}, slides", on, mu, mesh, effort)
+    for mesh in (False, True):
+        for speed in (1.0, 3.0):
+            name = f"thrown at {speed:g} m/s, {kind(mesh)}"
+            yield name, partial(_stops, name, speed, mesh, effort)
+        for part in (0.95, 1.05, 1.4):
+            name = f"rod, {part:g} of the weight that slips, {kind(mesh)}"
+            yield name, partial(_rod, name, part, mesh, effort)
+    yield "pinched strip", partial(_pinched, "pinched strip", effort)
 
-    def keep(simulation: Simulation) -> None:
-        path.append(simulation.exact_positions.mean(axis=0))
 
-    simulation.run(max(4, round(60 * seconds)) if effort.divide == 1 else effort.frames, keep)
+def _middles(simulation: Simulation, seconds: float, effort: Effort, chosen: Chosen = ALL) -> Points:
+    """Middle of some vertices in every frame [m], shape (frames + 1, 3)."""
+    path = [simulation.exact_positions[chosen].mean(axis=0)]
+
+    def keep(now: Simulation) -> None:
+        path.append(now.exact_positions[chosen].mean(axis=0))
+
+    simulation.run(effort.length(seconds), keep)
     return np.array(path)
 
 
 def _creep(simulation: Simulation, effort: Effort) -> float:
     """How fast the vertex goes that goes furthest in two seconds [m/s]."""
     before = simulation.exact_positions
-    frames = len(_run(simulation, 2.0, effort)) - 1
+    frames = effort.length(2.0)
+    simulation.run(frames)
     free = ~simulation.pinned
     moved = np.linalg.norm(simulation.exact_positions - before, axis=1)[free]
     return float(moved.max() / frames * 60)
 
 
-def _acceleration(path: Points, way: Points) -> float:
-    """Along a direction, of a motion at 60 frames a second [m/s^2]."""
-    time = np.arange(len(path)) / 60
-    return 2 * float(np.polyfit(time, path @ way, 2)[0])
+def _acceleration(path: Points) -> float:
+    """Of a motion along a line, at 60 frames a second [m/s^2]."""
+    return 2 * float(np.polyfit(np.arange(len(path)) / 60, path, 2)[0])
 
 
 def slope(on: str, mu: float, steep: float, mesh: bool) -> tuple[Stage, Points]:
@@ -101,39 +113,33 @@ def slope(on: str, mu: float, steep: float, mesh: bool) -> tuple[Stage, Points]:
     return made, down
 
 
-def _slope(on: str, mu: float, mesh: bool, effort: Effort) -> list[Found]:
-    sticks = Found(f"{on}, friction {mu:g}, {kind(mesh)}, sticks")
+def _sticks(name: str, on: str, mu: float, mesh: bool, effort: Effort) -> Found:
+    found = Found(name)
     simulation = slope(on, mu, 0.95, mesh)[0].simulation()
-    _run(simulation, 1.0, effort)
-    sticks.add("creep", _creep(simulation, effort), CREEP)
-    slides = Found(f"{on}, friction {mu:g}, {kind(mesh)}, slides")
+    simulation.run(effort.length(1.0))
+    found.add("creep", _creep(simulation, effort), CREEP)
+    return found
+
+
+def _slides(name: str, on: str, mu: float, mesh: bool, effort: Effort) -> Found:
+    found = Found(name)
     made, down = slope(on, mu, 1.05, mesh)
     simulation = made.simulation()
-    _run(simulation, 0.3, effort)
+    simulation.run(effort.length(0.3))
     angle = np.arctan(1.05 * mu)
     expected = G * (np.sin(angle) - mu * np.cos(angle))
-    first = simulation.cloths[0].vertices
-    path = _part(simulation, 1.2, effort, first)
-    slides.add("slides", abs(_acceleration(path, down) / expected - 1), WITHIN)
-    return [sticks, slides]
+    path = _middles(simulation, 1.2, effort, slice(simulation.cloths[0].vertices))
+    found.add("slides", abs(_acceleration(path @ down) / expected - 1), WITHIN)
+    return found
 
 
-def _part(simulation: Simulation, seconds: float, effort: Effort, vertices: int) -> Points:
-    """Middle of the first vertices in every frame [m]."""
-    path: list[Points] = []
-    keep: Callable[[Simulation], None] = lambda now: path.append(now.exact_positions[:vertices].mean(axis=0))  # noqa: E731
-    simulation.run(max(4, round(60 * seconds)) if effort.divide == 1 else effort.frames, keep)
-    return np.array(path)
-
-
-def _stop(speed: float, mesh: bool, effort: Effort) -> Found:
+def _stops(name: str, speed: float, mesh: bool, effort: Effort) -> Found:
     """A sheet that is thrown along a plane."""
-    mu = 0.3
-    found = Found(f"thrown at {speed:g} m/s, {kind(mesh)}")
+    found, mu = Found(name), 0.3
     made, way = slope("plane", mu, 0.0, mesh)
     simulation = made.simulation()
     simulation.velocities = np.broadcast_to(np.float32(speed * way), simulation.velocities.shape)
-    path = _run(simulation, 1.2 * speed / (mu * G) + 0.3, effort) @ way
+    path = _middles(simulation, 1.2 * speed / (mu * G) + 0.3, effort) @ way
     found.add("stops", abs((path[-1] - path[0]) / (speed**2 / (2 * mu * G)) - 1), WITHIN)
     return found
 
@@ -154,7 +160,7 @@ def strip(mu: float, heavy: float, mesh: bool) -> Stage:
     weights = [{"vertices": end, "mass": mass} for end, mass in zip(ends, (LIGHT, heavy), strict=True)]
     rod = {"from": [0, -0.3, 0], "to": [0, 0.3, 0], "radius": ROD}
     made = Stage({"fps": 60}).body({"name": "rod", "capsule": rod, "friction": mu})
-    fields = AIRLESS | {"friction": mu, "strain_limit": 0.02, "density": 0.1}
+    fields = AIRLESS | {"friction": mu, "strain_limit": 0.02, "density": DENSITY}
     return made.cloth("strip", mesh=(places, faces), weights=weights, **fields)
 
 
@@ -168,47 +174,32 @@ def pull(mu: float, light: float, per_metre: float) -> float:
     return force
 
 
-def _capstan(mu: float, mesh: bool, effort: Effort) -> list[Found]:
-    per_metre = 0.1 * WIDTH
+def _rod(name: str, part: float, mesh: bool, effort: Effort) -> Found:
+    """A strip over a rod with so much of the weight that would just make it slip."""
+    found, mu = Found(name), 0.3
+    per_metre = DENSITY * WIDTH
     own = per_metre * HANGING
-    least = pull(mu, (LIGHT + own) * G, per_metre) / G - own  # the heavy weight that just slips [kg]
-    found = []
-    for part in (0.95, 1.05, 1.4):
-        simulation = strip(mu, part * least, mesh).simulation()
-        one = Found(f"rod, {part:g} of the weight that slips, {kind(mesh)}")
-        _run(simulation, 0.3, effort)
-        if part < 1:
-            one.add("creep", _creep(simulation, effort), CREEP)
-        else:
-            path = _part(simulation, 0.3, effort, len(simulation.mass))
-            ends = np.array(path)
-            one.add("stays", float(abs(ends[-1, 2] - ends[0, 2]) < 1e-4), 0)
-            if part > 1.2:
-                one.add("capstan", abs(_ratio(simulation, mu, part * least, effort) - 1), CAPSTAN)
-        found.append(one)
+    heavy = part * (pull(mu, (LIGHT + own) * G, per_metre) / G - own)
+    made = strip(mu, heavy, mesh)
+    simulation = made.simulation()
+    simulation.run(effort.length(0.3))
+    if part < 1:
+        found.add("creep", _creep(simulation, effort), CREEP)
+        return found
+    ends = np.array(made.document["cloth"][0]["weights"][1]["vertices"])
+    heights = _middles(simulation, 0.3, effort, ends)[:, 2]
+    found.add("stays", float(heights[0] - heights[-1] < 1e-4), 0)
+    if part > 1.2:
+        # What hangs moves alike: its acceleration says what the tensions are on both sides.
+        down = -_acceleration(heights)
+        light = (LIGHT + own) * (G + down)
+        found.add("capstan", abs((heavy + own) * (G - down) / pull(mu, light, per_metre) - 1), CAPSTAN)
     return found
 
 
-def _ratio(simulation: Simulation, mu: float, heavy: float, effort: Effort) -> float:
-    """Of the tensions on both sides while it slips, over that of the formula."""
-    order = np.argsort(simulation.mass)
-    ends = order[-simulation.scene.document["cloth"][0]["weights"][1]["vertices"].__len__() :]
-    heights = []
-
-    def keep(now: Simulation) -> None:
-        heights.append(float(now.exact_positions[ends, 2].mean()))
-
-    simulation.run(18 if effort.divide == 1 else effort.frames, keep)
-    time = np.arange(len(heights)) / 60
-    a = -2 * float(np.polyfit(time, heights, 2)[0])
-    own = 0.1 * WIDTH * HANGING
-    light_side, heavy_side = (LIGHT + own) * (G + a), (heavy + own) * (G - a)
-    return heavy_side / light_side / (pull(mu, light_side, 0.1 * WIDTH) / light_side)
-
-
-def _pinch(effort: Effort) -> Found:
+def _pinched(name: str, effort: Effort) -> Found:
     """A strip that two boxes clamp with less room than it is thick; nobody prescribes their force."""
-    found = Found("pinched strip")
+    found = Found(name)
     made = Stage({"fps": 60})
     wide, narrow = 2 * SKIN + THICKNESS + 0.01, 0.9 * (2 * SKIN + THICKNESS)
     for side in (-1, 1):
@@ -219,8 +210,8 @@ def _pinch(effort: Effort) -> Found:
     simulation = made.cloth("strip", **fields, **sheet(21, 0.3)).simulation()
     upper = np.flatnonzero(simulation.positions[:, 2] > 0.0499)
     simulation.hold(upper, simulation.exact_positions[upper])
-    _run(simulation, 0.5, effort)
+    simulation.run(effort.length(0.5))
     simulation.release(upper)
-    _run(simulation, 0.5, effort)
+    simulation.run(effort.length(0.5))
     found.add("creep", _creep(simulation, effort), CREEP)
     return found

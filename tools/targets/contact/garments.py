@@ -1,12 +1,15 @@
 """The row about garments: on a figure that walks, and on one whose arm shuts on the cloth."""
 
+from collections.abc import Iterator
+from functools import partial
+
 import numpy as np
 from taut.bench.meshes import cape, skirt
 from taut.bench.shirt import shirt
 from taut.bench.walker import SHOULDER, WAIST, squeezer, walk, walker
 
 from tools.targets.contact.scenes import Fields, Stage
-from tools.targets.contact.watch import Watch, row
+from tools.targets.contact.watch import Case, Found, Watch, measured, row
 from tools.targets.table import Effort, Row
 
 WORN = (("skirt", 5000), ("shirt", 6400), ("cape", 8000), ("skirt", 16000))
@@ -23,15 +26,7 @@ CLOTH: Fields = {
 
 def garments(effort: Effort) -> Row:
     """All of them."""
-    found = []
-    for garment, vertices in WORN:
-        vertices = max(300, vertices // effort.divide**2)
-        made = worn(garment, vertices)
-        watch = Watch(f"{garment} of {vertices} on a walker", made.simulation())
-        found.append(watch.run(_frames(effort), driven=True).done(still=0))
-    vertices = max(300, SQUEEZED // effort.divide**2)
-    watch = Watch(f"shirt of {vertices}, an arm that shuts", squeezed(vertices).simulation())
-    found.append(watch.run(_frames(effort), driven=True).done(still=0))
+    found = measured(_cases(effort), effort)
     target = (
         "skirts of 5,000 and 16,000 vertices, shirt and cape on a walking figure of capsules, shirt on a "
         "closed mesh of 10,000 faces whose arm shuts on it: no intersection, no crossing, the limit kept, "
@@ -40,8 +35,18 @@ def garments(effort: Effort) -> Row:
     return row(target, found, {})
 
 
-def _frames(effort: Effort) -> int:
-    return round(60 * SECONDS) if effort.divide == 1 else effort.frames
+def _cases(effort: Effort) -> Iterator[Case]:
+    for garment, wanted in WORN:
+        vertices = max(300, wanted // effort.divide**2)
+        name = f"{garment} of {vertices} on a walker"
+        yield name, partial(_measured, name, worn(garment, vertices), effort)
+    vertices = max(300, SQUEEZED // effort.divide**2)
+    name = f"shirt of {vertices}, an arm that shuts"
+    yield name, partial(_measured, name, squeezed(vertices), effort)
+
+
+def _measured(name: str, made: Stage, effort: Effort) -> Found:
+    return Watch(name, made.simulation()).run(effort.length(SECONDS), driven=True).done(still=0)
 
 
 def worn(garment: str, vertices: int) -> Stage:

@@ -1,10 +1,13 @@
 """The row about cloth that comes to lie on cloth: heaped, stacked, and hit from above."""
 
+from collections.abc import Iterator
+from functools import partial
+
 import numpy as np
 from taut import Simulation
 
 from tools.targets.contact.scenes import FLOOR, SKIN, Fields, Stage, ball, kind, sheet
-from tools.targets.contact.watch import Found, Watch, row
+from tools.targets.contact.watch import Case, Found, Watch, measured, row
 from tools.targets.table import Effort, Row
 
 THICKNESS = 0.004  # [m]
@@ -17,15 +20,7 @@ MORE = {"height": ("height of the stack off [%]", 100.0)}
 
 def heaps(effort: Effort) -> Row:
     """A sheet on its edge, layers, and a ball on a pile."""
-    found = []
-    for mesh in (False, True):
-        across = effort.cells(64) + 1
-        watch = Watch(f"on its edge, {kind(mesh)} of {across}²", on_its_edge(across, mesh).simulation())
-        found.append(watch.run(_frames(effort, 3.0)).done())
-    for mesh in (False, True):
-        found.append(_stacked(mesh, effort))
-    watch = Watch("ball of 5 m/s on a pile of 20 squares", pile(effort.cells(32) // 2 + 1).simulation())
-    found.append(watch.run(_frames(effort, 3.0)).done())
+    found = measured(_cases(effort), effort)
     target = (
         "sheet of 65² dropped on its edge, five layers, 20 squares on which a ball comes down at 5 m/s; "
         "grids and meshes: no intersection, no crossing, the limit kept, ≤ 1 % of the steps in contact cut; "
@@ -34,8 +29,17 @@ def heaps(effort: Effort) -> Row:
     return row(target, found, MORE)
 
 
-def _frames(effort: Effort, seconds: float) -> int:
-    return round(60 * seconds) if effort.divide == 1 else effort.frames
+def _cases(effort: Effort) -> Iterator[Case]:
+    for mesh in (False, True):
+        across = effort.cells(64) + 1
+        name = f"on its edge, {kind(mesh)} of {across}²"
+        yield name, partial(_heaped, name, on_its_edge(across, mesh), effort)
+    for mesh in (False, True):
+        across = effort.cells(32) + 1
+        name = f"{LAYERS} layers, {kind(mesh)} of {across}²"
+        yield name, partial(_stacked, name, layers(across, mesh), effort)
+    name = f"ball of 5 m/s on a pile of {SQUARES} squares"
+    yield name, partial(_heaped, name, pile(effort.cells(16) + 1), effort)
 
 
 def on_its_edge(across: int, mesh: bool) -> Stage:
@@ -70,10 +74,12 @@ def pile(across: int) -> Stage:
     return made
 
 
-def _stacked(mesh: bool, effort: Effort) -> Found:
-    across = effort.cells(32) + 1
-    watch = Watch(f"{LAYERS} layers, {kind(mesh)} of {across}²", layers(across, mesh).simulation())
-    watch.run(_frames(effort, 4.0))
+def _heaped(name: str, made: Stage, effort: Effort) -> Found:
+    return Watch(name, made.simulation()).run(effort.length(3.0)).done()
+
+
+def _stacked(name: str, made: Stage, effort: Effort) -> Found:
+    watch = Watch(name, made.simulation()).run(effort.length(4.0))
     watch.found.add("height", abs(height(watch.simulation) / (LAYERS * THICKNESS) - 1), HEIGHT)
     return watch.done()
 

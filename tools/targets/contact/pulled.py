@@ -1,15 +1,19 @@
 """The row about cloth that is pulled: twisted into a rope, and drawn through a funnel."""
 
+from collections.abc import Iterator
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tools.targets.contact.scenes import Fields, Stage, kind, sheet
 from tools.targets.contact.travel import rotation
-from tools.targets.contact.watch import Found, Watch, row
+from tools.targets.contact.watch import Case, Found, Watch, measured, row
 from tools.targets.table import Effort, Row
 
 TWIST, DRAWN = 4.0, 4.0  # [s], how long it is pulled
 TURNS = 2.0  # of one end against the other
+NEARER = 0.3  # what the ends come nearer, so that there is a rope to become [m]
 WIDE, TUBE = 0.45, 0.1  # radii of a funnel [m]
 CLOTH: Fields = {"thickness": 0.003, "bending": "fabric", "friction": 0.2, "air_drag": 0.5}
 Points = NDArray[np.float64]
@@ -17,13 +21,7 @@ Points = NDArray[np.float64]
 
 def pulled(effort: Effort) -> Row:
     """The twist and the funnel."""
-    found = []
-    for mesh in (False, True):
-        across = effort.cells(48) + 1
-        found.append(_measured(f"twist, {kind(mesh)} of {across}²", twist(across, mesh), TWIST, effort))
-    for mesh in (False, True):
-        across = effort.cells(64) + 1
-        found.append(_measured(f"funnel, {kind(mesh)} of {across}²", funnel(across, mesh), DRAWN, effort))
+    found = measured(_cases(effort), effort)
     target = (
         "sheet of 49² twisted by two turns under tension, sheet of 65² drawn through a funnel; grids and "
         "meshes: no intersection, no crossing, the limit kept, ≤ 1 % of the steps in contact cut, no frame "
@@ -32,8 +30,19 @@ def pulled(effort: Effort) -> Row:
     return row(target, found, {"behind": ("pins behind at the end [mm]", 1e3)})
 
 
+def _cases(effort: Effort) -> Iterator[Case]:
+    for mesh in (False, True):
+        across = effort.cells(48) + 1
+        name = f"twist, {kind(mesh)} of {across}²"
+        yield name, partial(_measured, name, twist(across, mesh), TWIST, effort)
+    for mesh in (False, True):
+        across = effort.cells(64) + 1
+        name = f"funnel, {kind(mesh)} of {across}²"
+        yield name, partial(_measured, name, funnel(across, mesh), DRAWN, effort)
+
+
 def _measured(name: str, made: Stage, seconds: float, effort: Effort) -> Found:
-    frames = round(60 * seconds) if effort.divide == 1 else effort.frames
+    frames = effort.length(seconds)
     watch = Watch(name, made.simulation()).run(frames, driven=True)
     simulation = watch.simulation
     path = np.asarray(made.paths["path"])
@@ -65,7 +74,7 @@ def twist(across: int, mesh: bool) -> Stage:
     path = []
     for time in np.arange(round(60 * TWIST) + 1) / 60:
         part = time / TWIST
-        nearer = 0.5 * 0.45 * (1 - np.cos(np.pi * min(1.0, 1.2 * part))) / 2
+        nearer = NEARER / 2 * (1 - np.cos(np.pi * min(1.0, 1.2 * part))) / 2
         side = np.sign(squeezed[ends, 0])
         turned = [
             place @ rotation([1, 0, 0], np.pi * TURNS * part * sign).T - [nearer * sign, 0, 0]

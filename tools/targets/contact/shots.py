@@ -1,11 +1,14 @@
 """The row about fast balls: none may be found on the other side of a sheet."""
 
+from collections.abc import Iterator
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 from taut import Simulation
 
 from tools.targets.contact.scenes import Fields, Stage, ball, kind, sheet
-from tools.targets.contact.watch import Found, Watch, row
+from tools.targets.contact.watch import Case, Found, Watch, measured, row
 from tools.targets.table import Effort, Row
 
 SPEEDS = (20.0, 100.0)  # [m/s]
@@ -18,18 +21,21 @@ MORE = {"through": ("frames with the ball behind the sheet", 1.0), "end": ("ball
 
 def shots(effort: Effort) -> Row:
     """Balls of two speeds, steps of three lengths."""
-    found = []
-    across = effort.cells(32) + 1
-    for speed in SPEEDS:
-        for rate in RATES:
-            for mesh in (False, True):
-                name = f"{speed:g} m/s, {rate} steps a second, {kind(mesh)} of {across}²"
-                found.append(_measured(name, shot(across, mesh, speed, rate), effort))
+    found = measured(_cases(effort), effort)
     target = (
         "ball of 20 and of 100 m/s at a hanging sheet of 33², steps of 1/30 to 1/240 s, grids and meshes: no "
         "intersection, no crossing, the limit kept, the ball never behind the sheet"
     )
     return row(target, found, MORE)
+
+
+def _cases(effort: Effort) -> Iterator[Case]:
+    across = effort.cells(32) + 1
+    for speed in SPEEDS:
+        for rate in RATES:
+            for mesh in (False, True):
+                name = f"{speed:g} m/s, {rate} steps a second, {kind(mesh)} of {across}²"
+                yield name, partial(_measured, name, shot(across, mesh, speed, rate), effort)
 
 
 def shot(across: int, mesh: bool, speed: float, rate: int) -> Stage:
@@ -50,7 +56,7 @@ def _measured(name: str, made: Stage, effort: Effort) -> Found:
         nonlocal through
         through += behind(simulation)
 
-    seconds = 0.8 if effort.divide == 1 else 0.25
+    seconds = 0.8 if effort.whole else 0.25
     # Steps are cut where something so fast comes; that is no fault as long as the ball catches up.
     watch = Watch(name, simulation).run(round(seconds * simulation.scene.fps), each=look)
     watch.found.add("through", through, 0)

@@ -1,6 +1,7 @@
 """Simulating while an oracle looks, and what is said about it in a row."""
 
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 
@@ -10,7 +11,7 @@ from taut import Simulation, SimulationError
 from tools.targets.contact.judge import Oracle
 from tools.targets.contact.travel import Travel
 from tools.targets.limit import Tally
-from tools.targets.table import Row
+from tools.targets.table import Effort, Row
 
 STILL = 1e-6  # [m], a frame in which no vertex goes further is one without motion
 CUT = 0.01  # part of the steps in contact that may be cut
@@ -137,6 +138,28 @@ def _cell(simulation: Simulation) -> float:
     )
 
 
+Case = tuple[str, Callable[[], Found]]
+"""Name, and what measures it."""
+
+
+def measured(cases: Iterable[Case], effort: Effort) -> list[Found]:
+    """All cases that are asked for, told one by one: some take minutes.
+
+    Raises:
+        ValueError: none has such a name.
+    """
+    found = []
+    for name, measure in cases:
+        if effort.case not in name:
+            continue
+        one = measure()
+        found.append(one)
+        print(f"  {name}: {said(one)}", file=sys.stderr, flush=True)
+    if not found:
+        raise ValueError(f"no case with {effort.case!r} in its name")
+    return found
+
+
 COLUMNS = {
     "frames": ("frames", 1.0),
     "intersecting": ("steps with intersections", 1.0),
@@ -155,25 +178,27 @@ COLUMNS = {
 
 def row(target: str, found: Sequence[Found], more: dict[str, tuple[str, float]], threads: str = "2") -> Row:
     """A row of the table; `more`: further figures, their heads and factors."""
-    total = {name: sum(one.figures.get(name, 0.0) for one in found) for name in ("frames", *CLEAN)}
     parts = [f"{sum(one.met for one in found)} of {len(found)} cases meet all of it"]
     if "frames" in found[0].figures:
+        total = {name: sum(one.figures[name] for one in found) for name in ("frames", *CLEAN)}
         parts.append(
             f"in {total['frames']:.0f} frames {total['intersecting']:.0f} steps with intersections, "
             f"{total['crossing']:.0f} with crossings, {total['inside']:.0f} inside bodies, "
             f"{total['over']:.0f} springs over"
         )
-        parts.append(f"cut at most {100 * max(one.figures['cut'] for one in found):.1f} %")
-    parts += [f"{one.name}: {one.failed}" for one in found if one.failed]
-    parts += [f"{one.name}: {_misses(one, more)}" for one in found if one.missed]
+    parts += [f"{one.name}: {said(one, more)}" for one in found if not one.met]
     met = all(one.met for one in found)
     return Row(target, "; ".join(parts), met, threads, f"{len(found)} cases, worst", _table(found, more))
 
 
-def _misses(one: Found, more: dict[str, tuple[str, float]]) -> str:
+def said(one: Found, more: dict[str, tuple[str, float]] | None = None) -> str:
+    """What a case missed; all of its figures where `more` does not say what they are."""
+    if more is None:
+        figures = ", ".join(f"{name} {figure:.3g}" for name, figure in one.figures.items())
+        return f"{one.failed or ('met' if one.met else 'missed ' + ', '.join(one.missed))} ({figures})"
     columns = COLUMNS | more
-    said = [f"{columns[name][0]} {columns[name][1] * one.figures[name]:.3g}" for name in one.missed]
-    return ", ".join(said)
+    missed = [f"{columns[name][0]} {columns[name][1] * one.figures[name]:.3g}" for name in one.missed]
+    return ", ".join([*missed, *([one.failed] if one.failed else [])])
 
 
 def _table(found: Sequence[Found], more: dict[str, tuple[str, float]]) -> str:
