@@ -209,6 +209,9 @@ def test_the_machine_is_named_without_its_host() -> None:
     assert platform.node() == "" or platform.node() not in f"{machine} {machine.name}"
 
 
+CONTACT = ("drapes", "heaps", "pulled", "shots", "random", "garments", "friction", "speed")
+
+
 def test_every_target_can_be_measured() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "tools.targets", "--quick"], cwd=ROOT, capture_output=True, text=True
@@ -241,4 +244,5 @@ def test_every_target_can_be_measured() -> None:
         "chain",
         "mesh",
         "cuts",
+        *(f"contact-{name}" for name in CONTACT),
     } <= set(met)
