@@ -14,7 +14,7 @@ from tools.targets.table import Effort, Row
 TWIST, DRAWN = 4.0, 4.0  # [s], how long it is pulled
 TURNS = 2.0  # of one end against the other
 NEARER = 0.45  # what the ends come nearer, so that there is a rope to become [m]
-WIDE, TUBE = 0.45, 0.1  # radii of a funnel [m]
+WIDE, TUBE = 0.45, 0.12  # radii of a funnel [m]
 CLOTH: Fields = {"thickness": 0.003, "bending": "fabric", "friction": 0.2, "air_drag": 0.5}
 Points = NDArray[np.float64]
 
