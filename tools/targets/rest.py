@@ -91,7 +91,7 @@ def _cases(effort: Effort) -> Iterator[tuple[str, Trial, bool]]:
                         yield name, Trial(scene, vertices, limit, shape, cloth=fields), hangs
     for scene, vertices in (("skirt", 2584), ("shirt", 6400)):
         for cloth in ({}, SOFT):
-            trial = Trial(scene, max(300, vertices // effort.divide**2), 0.05, cloth=cloth)
+            trial = Trial(scene, effort.garment(vertices), 0.05, cloth=cloth)
             yield f"{scene}{', soft' if cloth else ''}", trial, True
 
 

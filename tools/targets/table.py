@@ -63,6 +63,10 @@ class Effort:
         """Vertices of a square sheet that has so many along a side [1]."""
         return max(8, across // self.divide) ** 2
 
+    def garment(self, vertices: int) -> int:
+        """Vertices of a garment [1]."""
+        return max(300, vertices // self.divide**2)
+
     @property
     def window(self) -> Window:
         """What is timed where nothing else limits it."""

@@ -37,10 +37,10 @@ def garments(effort: Effort) -> Row:
 
 def _cases(effort: Effort) -> Iterator[Case]:
     for garment, wanted in WORN:
-        vertices = max(300, wanted // effort.divide**2)
+        vertices = effort.garment(wanted)
         name = f"{garment} of {vertices} on a walker"
         yield name, partial(_measured, name, worn(garment, vertices), effort)
-    vertices = max(300, SQUEEZED // effort.divide**2)
+    vertices = effort.garment(SQUEEZED)
     name = f"shirt of {vertices}, an arm that shuts"
     yield name, partial(_measured, name, squeezed(vertices), effort)
 

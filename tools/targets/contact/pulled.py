@@ -60,34 +60,25 @@ def _followed(made: Stage, fields: Fields, path: Points, chosen: NDArray[np.int6
 
 def twist(across: int, mesh: bool) -> Stage:
     """A sheet whose ends turn against each other and come nearer, so that it can become a rope."""
-    width = 0.5
-    fields = CLOTH | sheet(across, mesh=mesh)
-    # A narrow sheet: two metres of length would be needed else.
-    made = Stage({"fps": 60, "gravity": [0, 0, -9.81]})
+    fields = CLOTH | sheet(across, (1.0, 0.5), mesh)
     places = _vertices(fields, across)
-    squeezed = places * [1.0, width, 1.0]
-    if mesh:
-        fields["mesh"] = squeezed, fields["mesh"][1]
-    else:
-        fields["grid"] |= {"size": [1.0, width], "origin": [-0.5, -width / 2, 0.0]}
-    ends = np.flatnonzero(np.abs(squeezed[:, 0]) > 0.5 - 1e-9)
+    ends = np.flatnonzero(np.abs(places[:, 0]) > 0.5 - 1e-9)
     path = []
-    for time in np.arange(round(60 * TWIST) + 1) / 60:
-        part = time / TWIST
+    for part in np.linspace(0, 1, round(60 * TWIST) + 1):
         nearer = NEARER / 2 * (1 - np.cos(np.pi * min(1.0, 1.2 * part))) / 2
-        side = np.sign(squeezed[ends, 0])
-        turned = [
-            place @ rotation([1, 0, 0], np.pi * TURNS * part * sign).T - [nearer * sign, 0, 0]
-            for place, sign in zip(squeezed[ends], side, strict=True)
-        ]
-        path.append(turned)
-    return _followed(made, fields, np.array(path), ends)
+        path.append(
+            [
+                place @ rotation([1, 0, 0], np.pi * TURNS * part * side).T - [nearer * side, 0, 0]
+                for place, side in zip(places[ends], np.sign(places[ends, 0]), strict=True)
+            ]
+        )
+    return _followed(Stage({"fps": 60}), fields, np.array(path), ends)
 
 
 def funnel(across: int, mesh: bool) -> Stage:
     """A sheet on a funnel, drawn down by its middle."""
     size = 0.8
-    fields = CLOTH | sheet(across, size, mesh=mesh) | {"translate": [0.0, 0.0, 0.02]}
+    fields = CLOTH | sheet(across, (size, size), mesh) | {"translate": [0.0, 0.0, 0.02]}
     places = _vertices(fields, across)
     middle = np.flatnonzero(np.linalg.norm(places, axis=1) < max(0.03, 0.8 * size / across))
     start = places[middle] + fields["translate"]

@@ -41,13 +41,15 @@ class Stage:
         return Simulation(Scene(given, self.meshes, paths=self.paths), threads)
 
 
-def sheet(across: int, size: float = 1.0, mesh: bool = False, seed: int = 1) -> Fields:
-    """Fields of a level square round the origin with so many vertices along a side."""
+def sheet(across: int, size: tuple[float, float] | float = 1.0, mesh: bool = False, seed: int = 1) -> Fields:
+    """Fields of a level rectangle, or square, round the origin with so many vertices along each side."""
+    width, height = size if isinstance(size, tuple) else (size, size)
     if not mesh:
-        corner = [-size / 2, -size / 2, 0.0]
-        return {"grid": {"size": [size] * 2, "cells": [across - 1] * 2, "origin": corner, "axes": ["x", "y"]}}
-    vertices, faces = irregular_sheet((across - 1, across - 1), (size, size), seed)
-    return {"mesh": (vertices - [size / 2, size / 2, 0.0], faces)}
+        corner = [-width / 2, -height / 2, 0.0]
+        cells = [across - 1] * 2
+        return {"grid": {"size": [width, height], "cells": cells, "origin": corner, "axes": ["x", "y"]}}
+    vertices, faces = irregular_sheet((across - 1, across - 1), (width, height), seed)
+    return {"mesh": (vertices - [width / 2, height / 2, 0.0], faces)}
 
 
 def ball(center: ArrayLike, radius: float, **fields: Any) -> Fields:

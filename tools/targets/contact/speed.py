@@ -91,7 +91,7 @@ def speed(effort: Effort) -> Row:
         found.append(
             _judged(f"{across}² on its edge, {kind(mesh)}", *timed([on_its_edge(across, mesh)], effort))
         )
-    vertices = max(300, 16000 // effort.divide**2)
+    vertices = effort.garment(16000)
     found.append(_judged(f"skirt of {vertices} on a walker", *timed([worn("skirt", vertices)], effort)))
     target = (
         "129² on a ball, grid and mesh, first 4 s: ≤ 3 x the same sheet that falls from one corner without "
