@@ -65,7 +65,8 @@ def twist(across: int, mesh: bool) -> Stage:
     ends = np.flatnonzero(np.abs(places[:, 0]) > 0.5 - 1e-9)
     path = []
     for part in np.linspace(0, 1, round(60 * TWIST) + 1):
-        nearer = NEARER / 2 * (1 - np.cos(np.pi * min(1.0, 1.2 * part))) / 2
+        # Soon enough for the edges, which the first turn already makes detours.
+        nearer = NEARER / 2 * np.sin(np.pi * min(0.5, part))
         path.append(
             [
                 place @ rotation([1, 0, 0], np.pi * TURNS * part * side).T - [nearer * side, 0, 0]
