@@ -4,7 +4,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import ipctk
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from taut.intersections import Intersections
 from taut.scene import shipped_scenes
 from taut.scene.template import toml
 
-from tests.test_contact import world
+from tools.targets.contact.judge import Oracle
 
 Numbers = NDArray[np.float64]
 
@@ -58,13 +57,9 @@ def test_random_starts_are_judged_as_the_ipc_toolkit_does() -> None:
         body = {"mesh": "blob", "translate": random.uniform(-0.5, 0.5, 3).tolist()}
         scene = Scene({"cloth": cloths, "body": [body]}, {"blob": blob(random)})
         simulation = Simulation(scene, threads=1)
-        places, faces = world(simulation)
-        count = len(simulation.positions)
-        places[:count] = simulation.exact_positions
-        mesh = ipctk.CollisionMesh(places, ipctk.edges(faces), faces)
         found = simulation.intersections()
         crosses = any(place.fault == "crosses" for place in found.places)
-        assert crosses == ipctk.has_intersections(mesh, places), seed
+        assert crosses == Oracle(simulation).look(simulation).intersects, seed
         assert bool(found) == any(" at the start: " in text for text in simulation.warnings), seed
         judged.append(crosses)
     assert 8 <= sum(judged) <= 22, "some of both"

@@ -277,7 +277,7 @@ impl Unit {
 
     /// Leaves a part of its way out where cloth lies calm on something, of whose proposed energy `left_of_energy` is left, and its ways
     /// turn back on each other. Each step is then the mean of staying and of going where the limit and the rows lead; what no
-    /// projection brings further apart comes to rest so (Krasnosel'skii 1955), where going all the way it may turn for ever.
+    /// projection brings further apart comes to rest so [Krasnoselskii55], where going all the way it may turn for ever.
     pub fn brake(&self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, left_of_energy: f64, frame: Option<Vec3>) {
         let step = stride.plan.length as f32;
         let brake = match frame {
