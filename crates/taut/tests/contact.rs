@@ -160,6 +160,24 @@ fn cloth_that_lies_on_something_comes_to_rest() {
 }
 
 #[test]
+fn a_ball_that_turns_takes_its_cloth_along() {
+    let ball = json!({
+        "sphere": { "center": [0, 0, 0.4], "radius": 0.3 }, "friction": 1.0,
+        "turn": { "axis": [0, 0, 1], "point": [0, 0, 0], "angle": [[1.5, 0], [3.5, 90]] },
+    });
+    let mut cloth = cloth();
+    (cloth["friction"], cloth["bending"], cloth["air_drag"]) = (json!(1.0), json!("fabric"), json!(1.5));
+    let mesh = sheet(16, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.72));
+    let mut sheet = simulation(json!({ "body": [ball] }), cloth, mesh);
+    run(&mut sheet, 90, |_| ());
+    let before = places(&sheet);
+    run(&mut sheet, 150, |_| ());
+    let turned: f64 = before.iter().zip(places(&sheet)).map(|(a, b)| (a.x * b.y - a.y * b.x).atan2(a.x * b.x + a.y * b.y)).sum();
+    let mean = (turned / before.len() as f64).to_degrees();
+    assert!((mean - 90.0).abs() < 3.0, "it has turned by {mean} degrees");
+}
+
+#[test]
 fn what_is_joined_by_few_edges_does_not_collapse() {
     let mesh = sheet(16, |u, v| DVec3::new(0.6 * u - 0.3, 0.012 * (6.0 * v).sin(), 0.03 + 0.6 * v));
     let mut sheet = simulation(json!({ "body": [floor()] }), cloth(), mesh);

@@ -42,6 +42,8 @@ const RECOVERY: f64 = 0.1;
 pub(crate) struct Places {
     pub x: Vec<DVec3>,
     pub ends: Vec<DVec3>,
+    /// How far each body turns, axis times angle [rad].
+    pub turns: Vec<DVec3>,
 }
 
 /// Contact of a model, with its workspace.
@@ -59,7 +61,11 @@ impl Contact {
         let surfaces = Surfaces::new(model)?;
         let all = surfaces.count();
         Some(Self {
-            places: Places { x: vec![DVec3::ZERO; all], ends: vec![DVec3::ZERO; all] },
+            places: Places {
+                x: vec![DVec3::ZERO; all],
+                ends: vec![DVec3::ZERO; all],
+                turns: vec![DVec3::ZERO; model.bodies.list.len()],
+            },
             detection: detect::Detection::new(all),
             rows: Rows::new(model, &surfaces),
             cuts: certificate::Cuts::new(all),

@@ -40,6 +40,8 @@ struct Row {
     /// What the row has pushed, and held back along it, in this step [kg m].
     push: f32,
     hold: Vec3,
+    /// How much further than its middle the surface of a turning ball or capsule goes, as the relative displacement counts [m].
+    carried: Vec3,
 }
 
 /// A row as the levels of one cloth see it: they may use up the room, and no more.
@@ -57,6 +59,8 @@ struct Demand {
     normal: DVec3,
     distance: f64,
     target: f64,
+    /// What a turning body adds to the relative displacement along it [m].
+    carried: DVec3,
 }
 
 /// The rows of a step.
@@ -142,7 +146,8 @@ impl Rows {
             }
             if is_nearest(surfaces, places, corners, &closest, split, normal) {
                 let target = target(thickness, distance);
-                self.add(surfaces, (corners, closest.parts, split), Demand { normal, distance, target }, owners);
+                let carried = carried(surfaces, places, owners, normal);
+                self.add(surfaces, (corners, closest.parts, split), Demand { normal, distance, target, carried }, owners);
             }
         }
     }
@@ -159,7 +164,7 @@ impl Rows {
                 if distance <= margin || plane.normal.dot(places.ends[particle] - to) <= margin {
                     let corners = [particle as u32, plane.vertex, plane.vertex, plane.vertex];
                     let target = target(thickness, distance);
-                    let demand = Demand { normal: plane.normal, distance, target };
+                    let demand = Demand { normal: plane.normal, distance, target, carried: DVec3::ZERO };
                     self.add(surfaces, (corners, [1.0, -1.0, 0.0, 0.0], 1), demand, owners);
                 }
             }
@@ -188,7 +193,8 @@ impl Rows {
             let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
             let thickness = surfaces.thickness(owners) * if are_near { NEAR } else { 1.0 };
             let target = target(thickness, cut.distance);
-            self.add(surfaces, (corners, parts, split), Demand { normal, distance, target }, owners);
+            let carried = carried(surfaces, places, owners, normal);
+            self.add(surfaces, (corners, parts, split), Demand { normal, distance, target, carried }, owners);
         }
     }
 
@@ -197,7 +203,7 @@ impl Rows {
         &mut self,
         surfaces: &Surfaces,
         (corners, parts, split): ([u32; 4], [f64; 4], usize),
-        Demand { normal, distance, target }: Demand,
+        Demand { normal, distance, target, carried }: Demand,
         owners: [Owner; 2],
     ) {
         let thickness = surfaces.thickness(owners);
@@ -227,6 +233,7 @@ impl Rows {
             friction: surfaces.friction(owners) as f32,
             push: 0.0,
             hold: Vec3::ZERO,
+            carried: carried.as_vec3(),
         };
         self.list.push(row);
     }
@@ -294,7 +301,7 @@ impl Rows {
             row.push += pushed;
             let mut impulse = row.normal * pushed;
             if row.push > 0.0 && row.friction > 0.0 {
-                let sideways = relative - row.normal * along;
+                let sideways = relative - row.normal * along + row.carried;
                 let hold = (row.hold - sideways * row.give).clamp_length_max(row.friction * row.push);
                 impulse += hold - row.hold;
                 row.hold = hold;
@@ -344,6 +351,17 @@ impl Rows {
         rows.flat_map(|row| (0..4).filter(|&end| row.parts[end] != 0.0).map(|end| self.vertices[row.ends[end] as usize] as usize))
             .filter(|&vertex| vertex < self.particles)
     }
+}
+
+/// What the turn of a ball or a capsule adds to the relative displacement of two features: its surface is that far from its vertices. The
+/// normal points to the first of the two, whichever is the body: either way the place on the surface is one radius along or against it.
+fn carried(surfaces: &Surfaces, places: &Places, owners: [Owner; 2], normal: DVec3) -> DVec3 {
+    let cloths = surfaces.cloths.len();
+    let of = |owner: Owner| match (owner as usize).checked_sub(cloths) {
+        Some(body) => places.turns[body].cross(normal) * -surfaces.skins[owner as usize].radius,
+        None => DVec3::ZERO,
+    };
+    owners.into_iter().map(of).sum()
 }
 
 /// How far a row brings two features apart [m].

@@ -62,6 +62,14 @@ impl BodyPaths {
         }
     }
 
+    /// Writes how far each body turns between two times [s], its axis times the angle [rad]: a ball that turns about its middle does not
+    /// move it. What follows an array has no turn of its own.
+    pub fn turns(&self, times: [f64; 2], turns: &mut [DVec3]) {
+        for (turn, path) in turns.iter_mut().zip(&self.paths) {
+            *turn = if let Path::Moved(travel) = path { travel.turned(times) } else { DVec3::ZERO };
+        }
+    }
+
     /// Whether any body ever moves.
     #[must_use]
     pub fn any_moves(&self) -> bool {

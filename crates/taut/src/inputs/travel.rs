@@ -62,6 +62,13 @@ impl Travel {
         Pose { turned, way: self.way.at(time) }
     }
 
+    /// How far it turns between two times [s]: its axis times the angle [rad].
+    pub fn turned(&self, [from, to]: [f64; 2]) -> DVec3 {
+        let turned =
+            |turning: &Turning| turning.axis * ((turning.angle.at(to) - turning.angle.at(from)) * (std::f64::consts::PI / 180.0));
+        self.turning.as_ref().map_or(DVec3::ZERO, turned)
+    }
+
     /// Times among which the greatest distance is, nearly, from what travels otherwise [s]. On straight lines it is greatest at
     /// a keyframe.
     pub fn moments(&self) -> Vec<f64> {

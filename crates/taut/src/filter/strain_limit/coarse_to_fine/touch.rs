@@ -159,16 +159,19 @@ impl Touch {
     /// Says where bodies go. One that has been held back comes after its path, little faster than that moves.
     fn move_bodies(&mut self, stride: Stride<'_>, state: &State) {
         let Stride { model, inputs, plan } = stride;
-        let Self { bodies, path, .. } = self;
+        let Self { bodies, path, contact, .. } = self;
+        let turns = &mut contact.places.turns;
+        inputs.bodies.turns([state.clock.time(), state.clock.next(plan.length).time()], turns);
         inputs.bodies.places(&model.bodies, state.clock.time(), path);
         inputs.bodies.places(&model.bodies, state.clock.next(plan.length).time(), bodies);
-        for body in &model.bodies.list {
+        for (body, turn) in model.bodies.list.iter().zip(turns) {
             let own = body.vertices.clone();
             let furthest = |from: &[DVec3], to: &[DVec3]| own.clone().map(|at| from[at].distance(to[at])).fold(0.0, f64::max);
             let (way, asked) = (furthest(&state.bodies, bodies), furthest(path, bodies));
             let most = (CATCHES_UP * asked).max(model.contact.cell);
             if way > most {
                 own.for_each(|at| bodies[at] = state.bodies[at].lerp(bodies[at], most / way));
+                *turn *= most / way;
             }
         }
     }
