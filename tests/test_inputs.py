@@ -301,9 +301,9 @@ def test_pins_follow_an_array(scene: dict[str, Any], kind: str, tmp_path: Path) 
         (
             "path.npy",
             np.full((3, 5, 3), 1e300),
-            r"has \[1e300, .*\] at \[0, 0\]; .* within 1e9 m of the origin",
+            r"at \[1e300, .*\] in frame 0; .* within 1e9 m of the origin",
         ),
-        ("path.npy", np.full((3, 5, 3), np.nan), r"has \[NaN, .*finite numbers"),
+        ("path.npy", np.full((3, 5, 3), np.nan), r"at \[NaN, .*finite numbers"),
         ("path.pc2", b"nonsense", "is not a PC2 file"),
         ("path.npy", np.zeros((3, 5)), r"has shape \(3, 5\)"),
         ("path.npy", np.zeros((3, 4, 3)), "places of 4 vertices, the pin holds 5"),
