@@ -25,8 +25,8 @@ const VERTEX: u64 = 90;
 const SPRING: u64 = 150;
 /// Of a triangle of a mesh: its edges are sorted to find springs.
 const TRIANGLE: u64 = 230;
-/// Of a point of a network, as it is read.
-const POINT: u64 = 250;
+/// Of a point of a network: its scene is kept with it.
+const POINT: u64 = 790;
 /// Of a spring outside of grids, in the levels of "coarse_to_fine".
 const LEVELS: u64 = 230;
 /// Of a vertex that can touch something: its neighbours, its trees and the pairs of a step; grids have levels of their own then.

@@ -250,7 +250,7 @@ impl Touch {
             }
         }
         for ((unit, descent), left) in units.iter().zip(&self.descents).zip(&self.left_of_energy) {
-            unit.brake(stride, state, ends, *left, descent.frame);
+            unit.brake(stride, state, ends, *left, descent);
         }
         for (unit, descent) in units.iter_mut().zip(&self.descents).filter(|(_, descent)| is_needed(descent)) {
             let frame = if touches { None } else { descent.frame };

@@ -45,6 +45,7 @@ pub(super) struct Descent {
     /// What the last step left in [`Calm`].
     at_least: u32,
     room: f32,
+    brake: f32,
     /// The largest |P_uv| / R, and the cycles so far.
     worst: f32,
     pub sweeps: u32,
@@ -124,9 +125,10 @@ impl Unit {
         }
     }
 
-    /// Takes a proposed step, of which `proposed` tells how far springs are over.
-    pub fn begin(&mut self, proposed: Stretch, state: &State, ends: &Vectors, pool: &Pool) -> Descent {
-        let Calm { cycles: at_least, room, .. } = state.calm[self.index];
+    /// Takes a proposed step, of which `proposed` tells how far springs are over. What touches nothing in it is free of its brake.
+    pub fn begin(&mut self, proposed: Stretch, state: &mut State, ends: &Vectors, pool: &Pool) -> Descent {
+        let Calm { cycles: at_least, room, ref mut brake } = state.calm[self.index];
+        let brake = std::mem::take(brake);
         self.levels.load(&state.positions, ends, room, pool);
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
@@ -139,6 +141,7 @@ impl Unit {
             enough: self.enough(rounding),
             at_least,
             room,
+            brake,
             sweeps: 0,
             since_restart: 0,
             next_look: PATIENCE,
@@ -278,17 +281,15 @@ impl Unit {
     /// Leaves a part of its way out where cloth lies calm on something, of whose proposed energy `left_of_energy` is left, and its ways
     /// turn back on each other. Each step is then the mean of staying and of going where the limit and the rows lead; what no
     /// projection brings further apart comes to rest so [Krasnoselskii55], where going all the way it may turn for ever.
-    pub fn brake(&self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, left_of_energy: f64, frame: Option<Vec3>) {
+    pub fn brake(&self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, left_of_energy: f64, descent: &Descent) {
         let step = stride.plan.length as f32;
-        let brake = match frame {
-            Some(frame) if left_of_energy < CALM => {
-                let onward = self.coherence(stride.model, state, ends, frame, step);
-                brake_from_now(state.calm[self.index].brake, onward)
-            }
-            _ => 0.0,
-        };
+        let calm = descent.frame.filter(|_| left_of_energy < CALM);
+        let brake = calm.map_or(0.0, |frame| {
+            let onward = self.coherence(stride.model, state, ends, frame, step);
+            brake_from_now(descent.brake, onward)
+        });
         state.calm[self.index].brake = brake;
-        let Some(frame) = frame.filter(|_| brake > 0.0) else { return };
+        let Some(frame) = calm.filter(|_| brake > 0.0) else { return };
         for particle in self.cloth.particles().filter(|&particle| stride.model.particles.inverse_mass[particle] > 0.0) {
             let end = ends.get(particle);
             let back = (end - state.positions.get(particle) - frame) * -brake;
