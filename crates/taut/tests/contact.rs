@@ -280,13 +280,16 @@ fn a_fast_ball_does_not_pass_a_sheet() {
         held["pins"] = json!([{ "box": [[-1, -1, 0.599], [1, 1, 0.7]] }]);
         let mesh = sheet(14, |u, v| DVec3::new(0.6 * u, 0.0, 0.6 * v));
         let mut sheet = simulation(json!({ "body": [thrown] }), held, mesh);
-        run(&mut sheet, 36, |sheet| {
+        let outside = |sheet: &Simulation| {
             let centre = sheet.state.bodies[0];
             assert!(nearest(sheet, centre) > 0.08, "{speed} m/s: whole triangles stay outside");
-        });
+        };
+        run(&mut sheet, 12 + (48.0 / speed) as u64, outside);
         assert!((sheet.state.bodies[0].y - 0.4).abs() < 1e-9, "{speed} m/s: it has arrived");
+        // Later the sheet may swing back, above the ball or beside it.
         let lowest = places(&sheet).iter().map(|place| place.y).fold(f64::INFINITY, f64::min);
-        assert!(lowest > -0.3, "{speed} m/s: the sheet is not behind it");
+        assert!(lowest > -0.1, "{speed} m/s: the sheet is not behind it");
+        run(&mut sheet, 24, outside);
     }
 }
 

@@ -40,10 +40,10 @@ impl Cuts {
     }
 
     /// Finds those among some pairs, and particles that would pass planes.
-    pub fn find(&mut self, surfaces: &Surfaces, places: &Places, pairs: &[Pair]) {
+    pub fn find(&mut self, surfaces: &Surfaces, places: &Places, pairs: impl Iterator<Item = Pair>) {
         self.list.clear();
         self.closest = f64::INFINITY;
-        for &pair in pairs {
+        for pair in pairs {
             let corners = pair.corners.map(|corner| corner as usize);
             let x = corners.map(|corner| places.x[corner]);
             let d = [0, 1, 2, 3].map(|end| places.ends[corners[end]] - x[end]);

@@ -2,13 +2,15 @@
 //!
 //! Everything that can touch is a vertex, an edge or a triangle with a thickness around it. A sphere is a thick vertex, a capsule a
 //! thick edge, so that whole triangles stay outside of them and not their vertices alone; boxes and other bodies are surfaces like
-//! cloth; a plane bounds a half-space. Pairs that come near become rows, half-spaces that a filter keeps displacements in (rows.rs);
-//! what a step ends with is certified to be free of crossings on all of its way (certificate.rs). What intersects at the start is told
-//! (start.rs).
+//! cloth; a plane bounds a half-space. Where cloth is nearly flat it cannot touch itself (charts.rs, monotone.rs). Other pairs that come
+//! near (tree.rs, detect.rs) become rows, half-spaces that a filter keeps displacements in (rows.rs); what a step ends with is certified
+//! to be free of crossings on all of its way (certificate.rs). What intersects at the start is told (start.rs).
 
 mod certificate;
+mod charts;
 mod crossing;
 mod detect;
+mod monotone;
 mod pierce;
 mod proximity;
 mod rows;
@@ -96,8 +98,8 @@ impl Contact {
     /// Finds what would cross on the way, or come nearer than the floor, and how far it may go.
     pub fn certify(&mut self) {
         let Self { surfaces, places, detection, cuts, .. } = self;
-        detection.run(surfaces, places, surfaces.widest_floor());
-        cuts.find(surfaces, places, &detection.pairs);
+        detection.run_again(surfaces, places, surfaces.widest_floor());
+        cuts.find(surfaces, places, detection.all());
     }
 
     /// Makes rows of what the last certificate found.

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use super::fill;
 use super::pierce::{above, pierces};
@@ -158,10 +158,11 @@ impl Search<'_> {
     fn run(&mut self) {
         let (model, particles) = (self.model, self.model.particle_count());
         let bounds: Vec<Bounds> = self.x.iter().map(|&x| around(x, 0.0)).collect();
+        let all = vec![true; bounds.len()];
         let x = self.x;
         let tree = |triangles: &[[u32; 3]]| {
             let mut tree = Tree::new(triangles, |vertex| x[vertex as usize].as_vec3());
-            tree.refit(&bounds);
+            tree.refit(&bounds, &all);
             tree
         };
         let cloths: Vec<Tree> = model
@@ -246,7 +247,7 @@ impl Search<'_> {
         let [from, to] = [self.x[first], self.x[first + body.vertices.len() - 1]];
         let bounds = around(from, body.radius).and(around(to, body.radius));
         let shallow = self.shallow(cloth, body);
-        tree.within(&bounds, |leaf| {
+        tree.within(&bounds, true, |leaf| {
             for triangle in range(leaf.triangles) {
                 if !bounds.meets(&tree.triangle_bounds[triangle]) {
                     continue;
@@ -280,9 +281,10 @@ impl Search<'_> {
     fn inside(&mut self, tree: &Tree, surface: &Tree, cloth: usize, other: Other) {
         for &vertex in &tree.vertices {
             let from = self.x[vertex as usize];
-            let ray = Bounds { high: Vec3 { z: f32::INFINITY, ..around(from, 0.0).high }, ..around(from, 0.0) };
+            let mut ray = around(from, 0.0);
+            ray.high.iter_mut().for_each(|high| high.z = f32::INFINITY);
             let mut crossings = 0;
-            surface.within(&ray, |leaf| {
+            surface.within(&ray, true, |leaf| {
                 let triangles = range(leaf.triangles).filter(|&triangle| ray.meets(&surface.triangle_bounds[triangle]));
                 let met = triangles.filter(|&triangle| {
                     let corners = surface.triangles[triangle];
@@ -320,9 +322,8 @@ impl Search<'_> {
 
 /// A box around all that is `radius` from a place [m], with room for rounding.
 fn around(place: DVec3, radius: f64) -> Bounds {
-    let place = place.as_vec3();
-    let wide = Vec3::splat(radius as f32 * (1.0 + f32::EPSILON) + ROUNDING * place.abs().max_element());
-    Bounds { low: place - wide, high: place + wide }
+    let place = place.as_vec3a();
+    Bounds::around([place; 2], [radius as f32 * (1.0 + f32::EPSILON) + ROUNDING * place.abs().max_element(); 2])
 }
 
 fn range([from, to]: [u32; 2]) -> std::ops::Range<usize> {

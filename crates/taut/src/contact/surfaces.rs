@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::monotone::Monotone;
 use super::tree::Tree;
 use super::{FLOOR, MARGIN};
 use crate::model::{Adjacency, BodyShape, Model};
@@ -44,6 +45,8 @@ pub(crate) struct Surfaces {
     /// The triangles of each cloth, and of each body that has any.
     pub cloths: Vec<Tree>,
     pub bodies: Vec<Tree>,
+    /// Of each cloth, where it cannot touch itself; nothing is asked for where none may.
+    pub monotone: Vec<Monotone>,
     pub thick: Vec<Thick>,
     pub planes: Vec<HalfSpace>,
     pub skins: Vec<Skin>,
@@ -70,7 +73,7 @@ impl Surfaces {
         let all = particles + bodies.rest.len();
         let mut owners = vec![0; all];
         let mut skins = Vec::new();
-        let mut cloths = Vec::new();
+        let (mut cloths, mut monotone) = (Vec::new(), Vec::new());
         let place = |vertex: u32| match (vertex as usize).checked_sub(particles) {
             Some(body) => bodies.rest[body].as_vec3(),
             None => model.particles.rest.get(vertex as usize),
@@ -82,7 +85,10 @@ impl Surfaces {
             let range = cloth.particles();
             let own: Vec<[u32; 3]> =
                 model.triangles.iter().copied().filter(|corners| range.contains(&(corners[0] as usize))).collect();
-            cloths.push(Tree::new(&own, place));
+            let tree = Tree::new(&own, place);
+            let charts = model.contact.among_cloths.then(|| Monotone::new(&tree, |vertex| place(vertex).as_dvec3()));
+            monotone.push(charts.unwrap_or_default());
+            cloths.push(tree);
         }
         let (mut surfaces, mut thick, mut planes) = (Vec::new(), Vec::new(), Vec::new());
         let mut triangles: Vec<[u32; 3]> = model.triangles.to_vec();
@@ -122,6 +128,7 @@ impl Surfaces {
         Some(Self {
             cloths,
             bodies: surfaces,
+            monotone,
             thick,
             planes,
             skins,

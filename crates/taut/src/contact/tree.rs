@@ -1,28 +1,48 @@
 //! A tree of boxes over the triangles of a surface: of fixed shape, refitted to where they go in a step.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
 /// Triangles in a leaf, at most.
 const LEAF: usize = 8;
 
-/// A box.
+/// A box at the start of a step and one at its end.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bounds {
-    pub low: Vec3,
-    pub high: Vec3,
+    pub low: [Vec3A; 2],
+    pub high: [Vec3A; 2],
 }
 
 impl Bounds {
-    pub const NOTHING: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
+    pub const NOTHING: Self = Self { low: [Vec3A::INFINITY; 2], high: [Vec3A::NEG_INFINITY; 2] };
 
-    pub fn and(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    /// Cubes around places at the start and at the end [m]; `half` is half of their sides.
+    pub fn around(places: [Vec3A; 2], half: [f32; 2]) -> Self {
+        let half = half.map(Vec3A::splat);
+        Self { low: [places[0] - half[0], places[1] - half[1]], high: [places[0] + half[0], places[1] + half[1]] }
     }
 
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            low: [self.low[0].min(other.low[0]), self.low[1].min(other.low[1])],
+            high: [self.high[0].max(other.high[0]), self.high[1].max(other.high[1])],
+        }
+    }
+
+    /// Wider by so much on all sides [m].
+    pub fn grown(self, by: f32) -> Self {
+        let by = Vec3A::splat(by);
+        Self { low: self.low.map(|low| low - by), high: self.high.map(|high| high + by) }
+    }
+
+    /// Whether what is in one may meet what is in the other on straight ways. Places that are apart along an axis, the same one before
+    /// the other at the start and at the end, are so on all of the way.
+    #[inline]
     pub fn meets(&self, other: &Self) -> bool {
-        (self.low.cmple(other.high) & other.low.cmple(self.high)).all()
+        let before = |one: &Self, other: &Self| one.high[0].cmplt(other.low[0]) & one.high[1].cmplt(other.low[1]);
+        !(before(self, other) | before(other, self)).any()
     }
 }
 
@@ -30,15 +50,31 @@ impl Bounds {
 #[derive(Debug, Clone)]
 struct Node {
     bounds: Bounds,
+    /// Whether it holds a vertex that is asked about.
+    asked: bool,
     /// The second child of an inner node.
     second: u32,
-    /// What is in a leaf: a run of each list of [`Tree`].
-    leaf: Option<Leaf>,
+    /// The run of leaves below, or the leaf itself.
+    leaves: [u32; 2],
+}
+
+impl Node {
+    fn leaf(&self) -> Option<usize> {
+        (self.second == 0).then_some(self.leaves[0] as usize)
+    }
+
+    /// How many nodes it has with all below.
+    fn size(&self) -> usize {
+        2 * (self.leaves[1] - self.leaves[0]) as usize - 1
+    }
 }
 
 /// The features of a leaf: its triangles, and the edges and vertices that no leaf before it has.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Leaf {
+    /// Its number among the leaves, and its node.
+    pub index: u32,
+    node: u32,
     pub triangles: [u32; 2],
     pub edges: [u32; 2],
     pub vertices: [u32; 2],
@@ -52,6 +88,7 @@ pub(crate) struct Tree {
     pub vertices: Vec<u32>,
     pub triangle_bounds: Vec<Bounds>,
     pub edge_bounds: Vec<Bounds>,
+    pub leaves: Vec<Leaf>,
     nodes: Vec<Node>,
 }
 
@@ -66,6 +103,7 @@ impl Tree {
             vertices: Vec::new(),
             triangle_bounds: vec![Bounds::NOTHING; triangles.len()],
             edge_bounds: Vec::new(),
+            leaves: Vec::new(),
             nodes: Vec::new(),
         };
         if !order.is_empty() {
@@ -77,7 +115,8 @@ impl Tree {
 
     fn split(&mut self, triangles: &mut [([u32; 3], Vec3)], edges: &mut BTreeSet<[u32; 2]>, vertices: &mut BTreeSet<u32>) {
         let index = self.nodes.len();
-        self.nodes.push(Node { bounds: Bounds::NOTHING, second: 0, leaf: None });
+        let leaf = self.leaves.len() as u32;
+        self.nodes.push(Node { bounds: Bounds::NOTHING, asked: true, second: 0, leaves: [leaf, leaf + 1] });
         if triangles.len() <= LEAF {
             let from = [self.triangles.len(), self.edges.len(), self.vertices.len()];
             for &([a, b, c], _) in &*triangles {
@@ -88,11 +127,11 @@ impl Tree {
             }
             let to = [self.triangles.len(), self.edges.len(), self.vertices.len()];
             let run = |list: usize| [from[list] as u32, to[list] as u32];
-            self.nodes[index].leaf = Some(Leaf { triangles: run(0), edges: run(1), vertices: run(2) });
+            self.leaves.push(Leaf { index: leaf, node: index as u32, triangles: run(0), edges: run(1), vertices: run(2) });
             return;
         }
-        let all = triangles.iter().fold(Bounds::NOTHING, |all, &(_, at)| all.and(Bounds { low: at, high: at }));
-        let size = all.high - all.low;
+        let places = || triangles.iter().map(|triangle| triangle.1);
+        let size = places().fold(Vec3::NEG_INFINITY, Vec3::max) - places().fold(Vec3::INFINITY, Vec3::min);
         let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or_default();
         let middle = triangles.len() / 2;
         triangles.select_nth_unstable_by(middle, |a, b| a.1[axis].total_cmp(&b.1[axis]).then(a.0.cmp(&b.0)));
@@ -100,10 +139,38 @@ impl Tree {
         self.split(first, edges, vertices);
         self.nodes[index].second = self.nodes.len() as u32;
         self.split(second, edges, vertices);
+        self.nodes[index].leaves[1] = self.leaves.len() as u32;
     }
 
-    /// Fits all boxes to those of the vertices.
-    pub fn refit(&mut self, vertices: &[Bounds]) {
+    /// The corners of the triangles of a leaf, as often as triangles have them.
+    pub fn vertices_of(&self, leaf: u32) -> impl Iterator<Item = u32> {
+        let [from, to] = self.leaves[leaf as usize].triangles;
+        self.triangles[from as usize..to as usize].as_flattened().iter().copied()
+    }
+
+    /// The box of a leaf.
+    pub fn bounds_of(&self, leaf: &Leaf) -> Bounds {
+        self.nodes[leaf.node as usize].bounds
+    }
+
+    /// The leaves in runs that are nodes of at most so many triangles, or single leaves.
+    pub fn runs(&self, most: usize) -> Vec<Range<usize>> {
+        let (mut runs, mut index) = (Vec::new(), 0);
+        while let Some(node) = self.nodes.get(index) {
+            let run = node.leaves[0] as usize..node.leaves[1] as usize;
+            let triangles = self.leaves[run.end - 1].triangles[1] - self.leaves[run.start].triangles[0];
+            if node.leaf().is_none() && triangles as usize > most {
+                index += 1;
+            } else {
+                runs.push(run);
+                index += node.size();
+            }
+        }
+        runs
+    }
+
+    /// Fits all boxes to those of the vertices. Where `asked` says so of no vertex of two nodes, they do not meet.
+    pub fn refit(&mut self, vertices: &[Bounds], asked: &[bool]) {
         let of = |vertex: u32| vertices[vertex as usize];
         for (bounds, &[a, b, c]) in self.triangle_bounds.iter_mut().zip(&self.triangles) {
             *bounds = of(a).and(of(b)).and(of(c));
@@ -112,12 +179,19 @@ impl Tree {
             *bounds = of(a).and(of(b));
         }
         for index in (0..self.nodes.len()).rev() {
-            self.nodes[index].bounds = match self.nodes[index].leaf {
-                Some(Leaf { triangles: [from, to], .. }) => {
-                    self.triangle_bounds[from as usize..to as usize].iter().fold(Bounds::NOTHING, |all, bounds| all.and(*bounds))
+            let (bounds, asked) = match self.nodes[index].leaf() {
+                Some(leaf) => {
+                    let [from, to] = self.leaves[leaf].triangles;
+                    let run = from as usize..to as usize;
+                    let all = self.triangle_bounds[run.clone()].iter().fold(Bounds::NOTHING, |all, bounds| all.and(*bounds));
+                    (all, self.triangles[run].as_flattened().iter().any(|&vertex| asked[vertex as usize]))
                 }
-                None => self.nodes[index + 1].bounds.and(self.nodes[self.nodes[index].second as usize].bounds),
+                None => {
+                    let [one, two] = [index + 1, self.nodes[index].second as usize].map(|child| &self.nodes[child]);
+                    (one.bounds.and(two.bounds), one.asked | two.asked)
+                }
             };
+            (self.nodes[index].bounds, self.nodes[index].asked) = (bounds, asked);
         }
     }
 
@@ -136,11 +210,11 @@ impl Tree {
     /// Visits two leaves that meet, or puts the children of two nodes that meet on the stack.
     fn descend(&self, other: &Self, [a, b]: [u32; 2], stack: &mut Vec<[u32; 2]>, visit: &mut impl FnMut(&Leaf, &Leaf)) {
         let (one, two) = (&self.nodes[a as usize], &other.nodes[b as usize]);
-        if !one.bounds.meets(&two.bounds) {
+        if !(one.asked | two.asked) || !one.bounds.meets(&two.bounds) {
             return;
         }
-        match (&one.leaf, &two.leaf) {
-            (Some(one), Some(two)) => visit(one, two),
+        match (one.leaf(), two.leaf()) {
+            (Some(one), Some(two)) => visit(&self.leaves[one], &other.leaves[two]),
             (None, Some(_)) => stack.extend([[one.second, b], [a + 1, b]]),
             (Some(_), None) => stack.extend([[a, two.second], [a, b + 1]]),
             (None, None) => stack.extend([[one.second, two.second], [one.second, b + 1], [a + 1, two.second], [a + 1, b + 1]]),
@@ -156,35 +230,25 @@ impl Tree {
         stack.push([0, 0]);
         while let Some([a, b]) = stack.pop() {
             let node = &self.nodes[a as usize];
-            match &node.leaf {
+            match node.leaf() {
                 _ if a != b => self.descend(self, [a, b], stack, &mut visit),
-                Some(leaf) => visit(leaf, leaf),
+                _ if !node.asked => {}
+                Some(leaf) => visit(&self.leaves[leaf], &self.leaves[leaf]),
                 None => stack.extend([[a + 1, node.second], [node.second, node.second], [a + 1, a + 1]]),
             }
         }
     }
 
-    /// Calls `visit` with the leaves that meet a box.
-    pub fn within(&self, bounds: &Bounds, mut visit: impl FnMut(&Leaf)) {
+    /// Calls `visit` with the leaves that meet a box; only those that are asked about unless the box is.
+    pub fn within(&self, bounds: &Bounds, asked: bool, mut visit: impl FnMut(&Leaf)) {
         let mut index = 0;
-        // A node that is not met is left out with all below it: the next one is the second child of the last one that was entered.
-        let mut later = Vec::new();
-        while index < self.nodes.len() {
-            let node = &self.nodes[index];
-            if node.bounds.meets(bounds) {
-                match &node.leaf {
-                    Some(leaf) => visit(leaf),
-                    None => {
-                        later.push(node.second as usize);
-                        index += 1;
-                        continue;
-                    }
-                }
+        while let Some(node) = self.nodes.get(index) {
+            let meets = (asked | node.asked) && node.bounds.meets(bounds);
+            if let (true, Some(leaf)) = (meets, node.leaf()) {
+                visit(&self.leaves[leaf]);
             }
-            match later.pop() {
-                Some(next) => index = next,
-                None => return,
-            }
+            // A node that is not met is left out with all below it.
+            index += if meets { 1 } else { node.size() };
         }
     }
 }

@@ -1,0 +1,305 @@
+//! Convex pieces of a surface at rest, laid flat: where one of them stays a graph over a plane it touches nothing of itself.
+//!
+//! A chart belongs to a run of leaves of the surface's tree, its *core*. Its triangles are those around them, projected onto the plane of
+//! the core at rest; its *domain* is a convex polygon of that plane, a rectangle around the core within all borders of the surface that
+//! are inside. The triangles of the chart cover the domain exactly once, so that any two points of it are joined by a straight line that
+//! stays on the surface.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+
+use super::tree::{Leaf, Tree};
+
+/// Triangles that are steeper over the plane of the core than this are no part of a chart [1], a cosine.
+const STEEP: f64 = 0.3;
+/// What covers the domain twice has twice its area.
+const ONCE: f64 = 1.5;
+/// Lengths that count as nothing, as a part of the size of a chart [1].
+const ROUNDING: f64 = 1e-6;
+
+/// A triangle of a chart.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Facet {
+    /// Places of its corners among the vertices of the chart.
+    pub corners: [u32; 3],
+    /// What makes derivatives by rest coordinates of the two edges from the first corner [1/m], column by column.
+    pub inverse: [[f32; 2]; 2],
+}
+
+/// A chart: runs of the lists of [`Charts`].
+#[derive(Debug, Clone)]
+pub(super) struct Chart {
+    pub vertices: Range<usize>,
+    pub facets: Range<usize>,
+    pub leaves: Range<usize>,
+}
+
+/// The charts of a surface.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Charts {
+    pub list: Vec<Chart>,
+    /// Their vertices, with what makes the mean derivatives of places by rest coordinates [1/m].
+    pub vertices: Vec<(u32, [f32; 2])>,
+    pub facets: Vec<Facet>,
+    /// The leaves of the tree that are wholly in their domains, in rising order.
+    pub leaves: Vec<u32>,
+    /// The chart of which each leaf is part of the core.
+    pub of_leaf: Vec<u32>,
+}
+
+/// The surface that charts are made of.
+struct Surface<'a> {
+    tree: &'a Tree,
+    /// The triangles along each edge.
+    sides: BTreeMap<[u32; 2], Vec<u32>>,
+    /// The leaves of the triangles around each vertex.
+    touching: BTreeMap<u32, BTreeSet<u32>>,
+    place: &'a dyn Fn(u32) -> DVec3,
+}
+
+/// A plane to project onto.
+struct Plane {
+    origin: DVec3,
+    axes: [DVec3; 2],
+}
+
+impl Plane {
+    fn flat(&self, place: DVec3) -> DVec2 {
+        let way = place - self.origin;
+        DVec2::new(self.axes[0].dot(way), self.axes[1].dot(way))
+    }
+}
+
+impl Charts {
+    /// The charts of a tree over triangles whose cores have at most so many; `place` is where a vertex is at rest.
+    pub fn new(tree: &Tree, place: impl Fn(u32) -> DVec3, most: usize) -> Self {
+        let mut sides: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
+        for (index, &[a, b, c]) in (0..).zip(&tree.triangles) {
+            for [p, q] in [[a, b], [b, c], [c, a]] {
+                sides.entry([p.min(q), p.max(q)]).or_default().push(index);
+            }
+        }
+        let mut touching: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+        for leaf in &tree.leaves {
+            for &vertex in tree.triangles[leaf.triangles[0] as usize..leaf.triangles[1] as usize].as_flattened() {
+                touching.entry(vertex).or_default().insert(leaf.index);
+            }
+        }
+        let surface = Surface { tree, sides, touching, place: &place };
+        let mut charts = Self { of_leaf: vec![0; tree.leaves.len()], ..Self::default() };
+        for core in tree.runs(most) {
+            charts.of_leaf[core.clone()].fill(charts.list.len() as u32);
+            charts.add(&surface, core);
+        }
+        charts
+    }
+
+    /// The leaves that are wholly in the domain of a chart.
+    pub fn leaves_of(&self, chart: u32) -> &[u32] {
+        &self.leaves[self.list[chart as usize].leaves.clone()]
+    }
+
+    /// Adds the chart around some leaves; one without leaves where the surface is none over a plane.
+    fn add(&mut self, surface: &Surface<'_>, core: Range<usize>) {
+        let from = [self.vertices.len(), self.facets.len(), self.leaves.len()];
+        self.fill(surface, core);
+        let to = [self.vertices.len(), self.facets.len(), self.leaves.len()];
+        let run = |list: usize| from[list]..to[list];
+        self.list.push(Chart { vertices: run(0), facets: run(1), leaves: run(2) });
+    }
+
+    fn fill(&mut self, surface: &Surface<'_>, core: Range<usize>) -> Option<()> {
+        let Surface { tree, place, .. } = surface;
+        let leaves = &tree.leaves;
+        let own: Vec<u32> = core.clone().flat_map(|leaf| leaves[leaf].triangles[0]..leaves[leaf].triangles[1]).collect();
+        let plane = surface.plane(&own)?;
+        let flat = |vertex: u32| plane.flat(place(vertex));
+        let mut domain = surface.rectangle(&own, &plane);
+        let size = (domain[2] - domain[0]).length();
+        let triangles = surface.around(&own, &domain, &plane);
+        // Borders bound the domain.
+        for (&[p, q], &inner) in triangles.iter().flat_map(|&triangle| surface.borders(triangle)) {
+            let [a, b] = [p, q].map(flat);
+            let corners = tree.triangles[inner as usize];
+            let third = flat(corners.into_iter().find(|corner| ![p, q].contains(corner))?);
+            let normal = (b - a).perp().normalize_or_zero();
+            let inward = if normal.dot(third - a) < 0.0 { -normal } else { normal };
+            if has_inside(&domain, [a, b], ROUNDING * size) {
+                domain = clip(&domain, inward, inward.dot(a));
+            }
+        }
+        let mut covered = 0.0;
+        let mut facets = Vec::new();
+        for &triangle in &triangles {
+            let corners = tree.triangles[triangle as usize].map(flat);
+            let part = clip_to(&domain, corners);
+            if part.len() < 3 || area(&part) == 0.0 {
+                continue;
+            }
+            let [a, b, c] = corners;
+            let determinant = (b - a).perp_dot(c - a);
+            let [p, q, r] = tree.triangles[triangle as usize].map(place);
+            if determinant <= STEEP * (q - p).cross(r - p).length() {
+                return None;
+            }
+            covered += area(&part);
+            facets.push((
+                triangle,
+                [[(c - a).y, -(c - a).x], [-(b - a).y, (b - a).x]].map(|row| row.map(|x| (x / determinant) as f32)),
+            ));
+        }
+        if domain.len() < 3 || covered > ONCE * area(&domain) {
+            return None;
+        }
+        let members: BTreeSet<u32> = facets.iter().map(|facet| facet.0).collect();
+        let is_in = |vertex: u32| is_inside(&domain, flat(vertex), ROUNDING * size);
+        let within = |leaf: &Leaf| {
+            (leaf.triangles[0]..leaf.triangles[1])
+                .all(|triangle| members.contains(&triangle) && tree.triangles[triangle as usize].into_iter().all(is_in))
+        };
+        self.leaves.extend((0..).zip(leaves).filter(|(_, leaf)| within(leaf)).map(|(index, _): (u32, _)| index));
+        let vertices: BTreeSet<u32> = members.iter().flat_map(|&triangle| tree.triangles[triangle as usize]).collect();
+        let local: BTreeMap<u32, u32> = vertices.iter().copied().zip(0..).collect();
+        self.facets.extend(facets.into_iter().map(|(triangle, [first, second])| Facet {
+            corners: tree.triangles[triangle as usize].map(|corner| local[&corner]),
+            inverse: [[first[0], second[0]], [first[1], second[1]]],
+        }));
+        self.vertices.extend(gradients(&vertices, flat)?);
+        Some(())
+    }
+}
+
+impl Surface<'_> {
+    /// The mean plane of some triangles.
+    fn plane(&self, triangles: &[u32]) -> Option<Plane> {
+        let corners = |triangle: &u32| self.tree.triangles[*triangle as usize].map(self.place);
+        let normal: DVec3 = triangles.iter().map(corners).map(|[a, b, c]| (b - a).cross(c - a)).sum();
+        let normal = normal.try_normalize()?;
+        let least = (0..3).min_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs()))?;
+        let first = (DVec3::AXES[least] - normal * normal[least]).try_normalize()?;
+        let origin = corners(triangles.first()?)[0];
+        Some(Plane { origin, axes: [first, normal.cross(first)] })
+    }
+
+    /// A rectangle around the triangles of a core and of the leaves that it touches.
+    fn rectangle(&self, own: &[u32], plane: &Plane) -> Vec<DVec2> {
+        let corners = |triangle: &u32| self.tree.triangles[*triangle as usize];
+        let leaves: BTreeSet<u32> = own.iter().flat_map(corners).flat_map(|vertex| &self.touching[&vertex]).copied().collect();
+        let triangles = leaves.iter().flat_map(|&leaf| {
+            let [from, to] = self.tree.leaves[leaf as usize].triangles;
+            from..to
+        });
+        let places = triangles.flat_map(|triangle| corners(&triangle)).map(|corner| plane.flat((self.place)(corner)));
+        let (low, high) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+        vec![low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]
+    }
+
+    /// The triangles that are joined to a core by others that meet a domain, and meet it themselves.
+    fn around(&self, core: &[u32], domain: &[DVec2], plane: &Plane) -> Vec<u32> {
+        let mut seen: BTreeSet<u32> = core.iter().copied().collect();
+        let mut queue: VecDeque<u32> = core.iter().copied().collect();
+        while let Some(triangle) = queue.pop_front() {
+            let [a, b, c] = self.tree.triangles[triangle as usize];
+            for [p, q] in [[a, b], [b, c], [c, a]] {
+                for &other in &self.sides[&[p.min(q), p.max(q)]] {
+                    let corners = self.tree.triangles[other as usize].map(|corner| plane.flat((self.place)(corner)));
+                    if !seen.contains(&other) && clip_to(domain, corners).len() >= 3 {
+                        seen.insert(other);
+                        queue.push_back(other);
+                    }
+                }
+            }
+        }
+        seen.into_iter().collect()
+    }
+
+    /// The edges of a triangle that it does not share with exactly one other.
+    fn borders(&self, triangle: u32) -> impl Iterator<Item = (&[u32; 2], &u32)> {
+        let [a, b, c] = self.tree.triangles[triangle as usize];
+        let edges = [[a, b], [b, c], [c, a]].into_iter().filter_map(|[p, q]| self.sides.get_key_value(&[p.min(q), p.max(q)]));
+        edges
+            .filter(|(_, sides)| sides.len() != 2)
+            .filter_map(move |(edge, sides)| Some((edge, sides.iter().find(|&&side| side == triangle)?)))
+    }
+}
+
+/// With each vertex what, times its place and summed, gives the mean derivatives of places by the two rest coordinates.
+fn gradients(vertices: &BTreeSet<u32>, flat: impl Fn(u32) -> DVec2) -> Option<Vec<(u32, [f32; 2])>> {
+    let mean = vertices.iter().map(|&vertex| flat(vertex)).sum::<DVec2>() / vertices.len() as f64;
+    let [mut xx, mut xy, mut yy] = [0.0; 3];
+    for &vertex in vertices {
+        let DVec2 { x, y } = flat(vertex) - mean;
+        xx += x * x;
+        xy += x * y;
+        yy += y * y;
+    }
+    let determinant = xx * yy - xy * xy;
+    let of = |vertex: u32| {
+        let DVec2 { x, y } = flat(vertex) - mean;
+        (vertex, [yy * x - xy * y, xx * y - xy * x].map(|part| (part / determinant) as f32))
+    };
+    (determinant > 0.0).then(|| vertices.iter().map(|&vertex| of(vertex)).collect())
+}
+
+/// What of a convex polygon is where `normal . x >= at`.
+fn clip(polygon: &[DVec2], normal: DVec2, at: f64) -> Vec<DVec2> {
+    let mut clipped = Vec::with_capacity(polygon.len() + 1);
+    for (index, &from) in polygon.iter().enumerate() {
+        let to = polygon[(index + 1) % polygon.len()];
+        let [before, after] = [from, to].map(|place| normal.dot(place) - at);
+        if before >= 0.0 {
+            clipped.push(from);
+        }
+        if before * after < 0.0 {
+            clipped.push(from.lerp(to, before / (before - after)));
+        }
+    }
+    clipped
+}
+
+/// The part of a triangle in a convex polygon, whose corners go round counterclockwise.
+fn clip_to(domain: &[DVec2], triangle: [DVec2; 3]) -> Vec<DVec2> {
+    let mut part = triangle.to_vec();
+    for (index, &from) in domain.iter().enumerate() {
+        let normal = (domain[(index + 1) % domain.len()] - from).perp();
+        part = clip(&part, normal, normal.dot(from));
+        if part.is_empty() {
+            break;
+        }
+    }
+    part
+}
+
+/// The area of a polygon whose corners go round counterclockwise.
+fn area(polygon: &[DVec2]) -> f64 {
+    let origin = polygon[0];
+    polygon.windows(2).map(|pair| 0.5 * (pair[0] - origin).perp_dot(pair[1] - origin)).sum()
+}
+
+/// Whether a point is in a convex polygon, or hardly outside.
+fn is_inside(domain: &[DVec2], place: DVec2, rounding: f64) -> bool {
+    (0..domain.len()).all(|index| {
+        let (from, to) = (domain[index], domain[(index + 1) % domain.len()]);
+        (to - from).perp_dot(place - from) >= -rounding * (to - from).length()
+    })
+}
+
+/// Whether an edge passes through the inside of a convex polygon.
+fn has_inside(domain: &[DVec2], edge: [DVec2; 2], rounding: f64) -> bool {
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for (index, &corner) in domain.iter().enumerate() {
+        let inward = (domain[(index + 1) % domain.len()] - corner).normalize_or_zero().perp();
+        let [a, b] = edge.map(|end| inward.dot(end - corner) - rounding);
+        if a < 0.0 && b < 0.0 {
+            return false;
+        }
+        if a < 0.0 {
+            from = from.max(a / (a - b));
+        } else if b < 0.0 {
+            to = to.min(a / (a - b));
+        }
+    }
+    from < to
+}

@@ -1,0 +1,257 @@
+//! Charts that cannot touch themselves in a step.
+//!
+//! With u the rest coordinates of a chart and J the derivatives, by u, of places projected onto a plane with fixed axes, two points of
+//! the domain are projected to places apart by at least `LEAST` times their distance at rest, if the symmetric part of J is at least
+//! that on every triangle: `du . (p(u + du) - p(u))` is the integral of `du . J du` along the line between them, which stays on the
+//! chart. J is linear in places, so that what holds at the start and at the end of a step holds on all of its straight way.
+
+use glam::{DVec3, Vec2, Vec3};
+
+use super::Places;
+use super::charts::{Chart, Charts, Facet};
+use super::tree::{Leaf, Tree};
+
+/// The least derivative along any line of a chart that is monotone [1].
+const LEAST: f32 = 0.2;
+/// Triangles in the cores of charts, at most: where a large chart bends too much small ones are asked.
+const CORES: [usize; 2] = [64, 16];
+
+/// Which charts of a surface are monotone in a step.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Monotone {
+    /// Charts with large cores first.
+    scales: Vec<Scale>,
+    /// Projected places of the vertices of a chart, at the start and at the end.
+    places: Vec<[Vec2; 2]>,
+}
+
+#[derive(Debug, Clone)]
+struct Scale {
+    charts: Charts,
+    /// The chart of the scale before that has all leaves of a chart, if there is one: where that is monotone, this one need not be.
+    within: Vec<Option<u32>>,
+    is_monotone: Vec<bool>,
+}
+
+impl Monotone {
+    /// The charts of a surface; `place` is where a vertex is at rest [m].
+    pub fn new(tree: &Tree, place: impl Fn(u32) -> DVec3) -> Self {
+        let mut scales: Vec<Scale> = Vec::new();
+        for most in CORES {
+            let charts = Charts::new(tree, &place, most);
+            let within = |chart: &Chart| {
+                let Scale { charts: before, .. } = scales.last()?;
+                let own = &charts.leaves[chart.leaves.clone()];
+                let larger = before.of_leaf[*own.first()? as usize];
+                let all = before.leaves_of(larger);
+                own.iter().all(|leaf| all.binary_search(leaf).is_ok()).then_some(larger)
+            };
+            let within = charts.list.iter().map(within).collect();
+            scales.push(Scale { is_monotone: vec![false; charts.list.len()], charts, within });
+        }
+        Self { scales, places: Vec::new() }
+    }
+
+    /// Finds out which are.
+    pub fn run(&mut self, places: &Places) {
+        for index in 0..self.scales.len() {
+            let (larger, scale) = self.scales.split_at_mut(index);
+            let Scale { charts, within, is_monotone } = &mut scale[0];
+            for ((is_monotone, chart), within) in is_monotone.iter_mut().zip(&charts.list).zip(within) {
+                let is_within = within.is_some_and(|chart| larger[index - 1].is_monotone[chart as usize]);
+                *is_monotone = is_within || !chart.leaves.is_empty() && holds(charts, chart, places, &mut self.places);
+            }
+        }
+    }
+
+    /// Finds out which still are on another way, and tells the vertices of those that are no longer.
+    pub fn run_again(&mut self, tree: &Tree, places: &Places, mut tell: impl FnMut(u32)) {
+        for index in 0..self.scales.len() {
+            let (larger, scale) = self.scales.split_at_mut(index);
+            let Scale { charts, within, is_monotone } = &mut scale[0];
+            for ((is_monotone, chart), within) in is_monotone.iter_mut().zip(&charts.list).zip(within) {
+                let is_within = within.is_some_and(|chart| larger[index - 1].is_monotone[chart as usize]);
+                if *is_monotone && !is_within && !holds(charts, chart, places, &mut self.places) {
+                    *is_monotone = false;
+                    let leaves = charts.leaves[chart.leaves.clone()].iter();
+                    leaves.for_each(|&leaf| tree.vertices_of(leaf).for_each(&mut tell));
+                }
+            }
+        }
+    }
+
+    /// Whether two leaves cannot touch each other, or one itself, as they are on a chart that is monotone.
+    pub fn spares(&self, one: &Leaf, other: &Leaf) -> bool {
+        self.scales.iter().any(|Scale { charts, is_monotone, .. }| {
+            [[one, other], [other, one]].into_iter().any(|[core, leaf]| {
+                let chart = charts.of_leaf[core.index as usize];
+                let leaves = charts.leaves_of(chart);
+                is_monotone[chart as usize] && [core, leaf].iter().all(|leaf| leaves.binary_search(&leaf.index).is_ok())
+            })
+        })
+    }
+}
+
+/// Whether a chart is monotone at the start and at the end, over the plane that fits both.
+fn holds(charts: &Charts, chart: &Chart, places: &Places, flat: &mut Vec<[Vec2; 2]>) -> bool {
+    let vertices = &charts.vertices[chart.vertices.clone()];
+    let origin = places.x[vertices[0].0 as usize];
+    let of = |vertex: u32| [&places.x, &places.ends].map(|places| (places[vertex as usize] - origin).as_vec3());
+    let [mut first, mut second] = [Vec3::ZERO; 2];
+    for &(vertex, [by_first, by_second]) in vertices {
+        let [start, end] = of(vertex);
+        first += (start + end) * by_first;
+        second += (start + end) * by_second;
+    }
+    let [first, second] = [first, second].map(Vec3::normalize_or_zero);
+    // The two axes at right angles that are nearest to both directions.
+    let [sum, difference] = [first + second, first - second].map(|way| way.normalize_or_zero() * std::f32::consts::FRAC_1_SQRT_2);
+    let axes = [sum + difference, sum - difference];
+    flat.clear();
+    flat.extend(vertices.iter().map(|&(vertex, _)| of(vertex).map(|place| Vec2::new(axes[0].dot(place), axes[1].dot(place)))));
+    charts.facets[chart.facets.clone()].iter().all(|facet| rises(facet, flat, 0) && rises(facet, flat, 1))
+}
+
+/// Whether the symmetric part of the derivatives is large enough on a triangle.
+fn rises(facet: &Facet, places: &[[Vec2; 2]], when: usize) -> bool {
+    let [a, b, c] = facet.corners.map(|corner| places[corner as usize][when]);
+    let (b, c) = (b - a, c - a);
+    let [x, y] = facet.inverse.map(|[of_b, of_c]| b * of_b + c * of_c);
+    let (first, second, both) = (x.x - LEAST, y.y - LEAST, 0.5 * (x.y + y.x));
+    first > 0.0 && second > 0.0 && first * second > both * both
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::pierce::pierces;
+    use super::*;
+
+    const ACROSS: u32 = 16;
+
+    /// A crooked sheet of 1 m in the plane of x and y with a hole in it, its tree and its charts.
+    fn sheet() -> (Vec<DVec3>, Tree, Monotone) {
+        let random = |seed: u32| (f64::from(seed) * 0.618_034).fract() - 0.5;
+        let place = |at: u32, seed: u32| {
+            let off = if at == 0 || at == ACROSS { 0.0 } else { 0.5 * random(seed) };
+            (f64::from(at) + off) / f64::from(ACROSS)
+        };
+        let vertices = 0..(ACROSS + 1).pow(2);
+        let rest: Vec<DVec3> = vertices
+            .map(|vertex| {
+                DVec3::new(place(vertex % (ACROSS + 1), 7 * vertex), place(vertex / (ACROSS + 1), 13 * vertex + 3), 0.0)
+            })
+            .collect();
+        let cells = (0..ACROSS * ACROSS).map(|cell| [cell % ACROSS, cell / ACROSS]);
+        let whole = cells.filter(|[i, j]| !((5..8).contains(i) && (9..11).contains(j)));
+        let triangles: Vec<[u32; 3]> = whole
+            .flat_map(|[i, j]| {
+                let a = j * (ACROSS + 1) + i;
+                let [b, c, d] = [a + 1, a + ACROSS + 2, a + ACROSS + 1];
+                if (i + j) % 3 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+            })
+            .collect();
+        let tree = Tree::new(&triangles, |vertex| rest[vertex as usize].as_vec3());
+        let monotone = Monotone::new(&tree, |vertex| rest[vertex as usize]);
+        (rest, tree, monotone)
+    }
+
+    fn places(x: Vec<DVec3>, ends: Vec<DVec3>) -> Places {
+        Places { x, ends, turns: Vec::new() }
+    }
+
+    /// How many pairs of neighbouring leaves there are, and how many of them are spared.
+    fn spared(tree: &Tree, monotone: &Monotone) -> [usize; 2] {
+        let mut counts = [0; 2];
+        for one in &tree.leaves {
+            let own: Vec<u32> = tree.vertices_of(one.index).collect();
+            for other in &tree.leaves[one.index as usize..] {
+                if tree.vertices_of(other.index).any(|vertex| own.contains(&vertex)) {
+                    counts[0] += 1;
+                    counts[1] += usize::from(monotone.spares(one, other));
+                }
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn what_is_flat_is_spared_however_it_lies_and_what_is_folded_is_not() {
+        let (rest, tree, mut monotone) = sheet();
+        let turned: Vec<DVec3> = rest.iter().map(|place| DVec3::new(3.0 - place.y, 0.6 * place.x, 2.0 - 0.8 * place.x)).collect();
+        monotone.run(&places(turned.clone(), turned.iter().map(|place| *place + DVec3::new(0.1, 5.0, 0.0)).collect()));
+        let [neighbours, flat] = spared(&tree, &monotone);
+        assert!(flat * 10 > neighbours * 7, "{flat} of {neighbours}");
+        // Laid over along its middle, with a gap.
+        let folded: Vec<DVec3> =
+            rest.iter().map(|place| if place.x > 0.5 { DVec3::new(1.0 - place.x, place.y, 0.01) } else { *place }).collect();
+        monotone.run(&places(rest.clone(), folded));
+        for one in &tree.leaves {
+            for other in &tree.leaves {
+                let side = |leaf: &Leaf| tree.vertices_of(leaf.index).map(|vertex| rest[vertex as usize].x);
+                let across = side(one).fold(1.0, f64::min) < 0.45 && side(other).fold(0.0, f64::max) > 0.55;
+                assert!(!(across && monotone.spares(one, other)), "layers that lie on each other are not spared");
+            }
+        }
+        // A way on which it goes through itself: flat at both ends, but for a mirror.
+        monotone.run(&places(rest.clone(), rest.iter().map(|place| DVec3::new(-place.x, place.y, 0.0)).collect()));
+        assert_eq!(spared(&tree, &monotone)[1], 0);
+    }
+
+    #[test]
+    fn what_has_been_spared_and_no_longer_is_gets_told() {
+        let (rest, tree, mut monotone) = sheet();
+        monotone.run(&places(rest.clone(), rest.clone()));
+        let before = spared(&tree, &monotone)[1];
+        let mut told = vec![false; rest.len()];
+        let crumpled = rest.iter().map(|place| if place.x > 0.8 { DVec3::new(1.6 - place.x, place.y, 0.0) } else { *place });
+        let crumpled = places(rest.clone(), crumpled.collect());
+        monotone.run_again(&tree, &crumpled, |vertex| told[vertex as usize] = true);
+        let after = spared(&tree, &monotone)[1];
+        assert!(0 < after && after < before, "{after} of {before}");
+        for one in &tree.leaves {
+            let is_told = tree.vertices_of(one.index).any(|vertex| told[vertex as usize]);
+            let is_far = tree.vertices_of(one.index).all(|vertex| rest[vertex as usize].x < 0.3);
+            let is_turned = tree.vertices_of(one.index).all(|vertex| rest[vertex as usize].x > 0.8);
+            assert!(!(is_far && is_told) && (!is_turned || is_told));
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+        #[test]
+        fn what_is_spared_does_not_meet_on_its_way(
+            waves in prop::array::uniform2((0.0..0.35_f64, 1.0..14.0_f64, 0.0..6.0_f64, 0.0..0.12_f64)),
+            noise in 0.0..0.02_f64,
+            time in 0.0..1.0_f64,
+        ) {
+            let (rest, tree, mut monotone) = sheet();
+            let random = |seed: usize| (seed as f64 * 0.618_034).fract() - 0.5;
+            let [x, ends] = [0, 1].map(|when| {
+                let (high, fast, turned, wide) = waves[when];
+                let of = |(vertex, place): (usize, &DVec3)| {
+                    let along = fast * (place.x * turned.cos() + place.y * turned.sin());
+                    let shift = DVec3::new(wide * along.cos(), wide * (1.7 * along).sin(), high * along.sin());
+                    *place + shift + noise * DVec3::new(random(7 * vertex + when), random(11 * vertex + 5), random(13 * vertex + 1))
+                };
+                rest.iter().enumerate().map(of).collect::<Vec<_>>()
+            });
+            let then: Vec<DVec3> = x.iter().zip(&ends).map(|(from, to)| from.lerp(*to, time)).collect();
+            monotone.run(&places(x, ends));
+            let triangles = |leaf: &Leaf| &tree.triangles[leaf.triangles[0] as usize..leaf.triangles[1] as usize];
+            for one in &tree.leaves {
+                for other in tree.leaves.iter().filter(|other| monotone.spares(one, other)) {
+                    for &[a, b, c] in triangles(one) {
+                        for corners in triangles(other) {
+                            for edge in [[a, b], [b, c], [c, a]].into_iter().filter(|edge| !edge.iter().any(|end| corners.contains(end))) {
+                                let met = pierces(edge.map(|end| then[end as usize]), corners.map(|corner| then[corner as usize]));
+                                prop_assert!(met.is_none(), "{:?} meets {:?}", edge, corners);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
