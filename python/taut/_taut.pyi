@@ -171,6 +171,35 @@ class Engine:
         """Triangles of all bodies, vertices counted over all bodies, shape (triangles, 3)."""
     def body_positions(self) -> NDArray[np.float64]:
         """Where the vertices of all bodies are now in the world [m], shape (body vertices, 3), a copy."""
+    def shift_body(self, body: int, offset: tuple[float, float, float], over: float) -> None:
+        """Send a body off its path [m] in a time [s]; at once if that is 0.
+
+        Raises:
+            IndexError: there is no such body.
+            ValueError: a number is not finite, or the time below 0.
+        """
+    def body_offset(self, body: int) -> tuple[float, float, float]:
+        """How far a body is off its path now [m], the mean of its vertices.
+
+        Raises:
+            IndexError: there is no such body.
+        """
+    def contacts(
+        self,
+    ) -> tuple[
+        NDArray[np.int32],
+        NDArray[np.int32],
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.float64],
+    ]:
+        """Where cloth was pushed in the last step: a row for each place, none after a state was set.
+
+        The nearest vertex of the cloth, the body (-1: cloth), where on the cloth in the world [m], the way in
+        which the cloth is pushed, how hard [N] and the friction [N]: shapes (n,), (n,), (n, 3), (n, 3), (n,)
+        and (n, 3).
+        """
     def intersections(
         self,
     ) -> tuple[int, list[tuple[str, str, str, str, int, list[float], float | None]]]:

@@ -21,18 +21,16 @@ from taut.arrays import (
     whole,
     world_places,
 )
-from taut.bodies import Body, bodies_at
-from taut.intersections import Intersections, intersections_of
 from taut.report import Report
 from taut.scene import Scene
 from taut.scene.plain import plain
-from taut.simulated import Simulated
+from taut.surrounded import Surrounded
 
 MOST_STEPS = 2**52
 """Steps that a simulation can have taken when its state is set [1]: the time of more could not be told."""
 
 
-class Simulation(Simulated):
+class Simulation(Surrounded):
     """A scene that moves. Other Python threads run while it steps."""
 
     def __init__(self, scene: Scene, threads: int | None = None) -> None:
@@ -118,27 +116,6 @@ class Simulation(Simulated):
     @velocities.setter
     def velocities(self, array: ArrayLike) -> None:
         self.set_state(self._positions, array, self.steps)
-
-    @property
-    def body_positions(self) -> NDArray[np.float64]:
-        """Where the vertices of all bodies are now in the world [m], shape (body vertices, 3), a copy."""
-        return self._engine.body_positions()
-
-    @property
-    def bodies(self) -> Mapping[str, Body]:
-        """What cloth collides with, by name, where it is now; a copy, empty without bodies.
-
-        ``simulation.bodies["ball"].positions`` is the middle of a ball [m], shape (1, 3), float64.
-        """
-        return bodies_at(self.body_ranges, self.body_positions, self.body_triangles)
-
-    def intersections(self) -> Intersections:
-        """Where cloth intersects bodies, other cloth or itself now.
-
-        Contact makes no crossing and takes none back. Those at the start are among :attr:`warnings`; others
-        can only come with a state that is set. Cloth and cloth count where cloths collide with themselves.
-        """
-        return intersections_of(*self._engine.intersections())
 
     @property
     def past(self) -> NDArray[np.float32] | None:

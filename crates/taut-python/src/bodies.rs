@@ -1,11 +1,14 @@
 //! What cloth collides with, as Python sees it.
 
+use glam::DVec3;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use taut::inputs::BodyPaths;
-use taut::model::{Bodies, BodyShape};
+use taut::inputs::{BodyPaths, BodyShift};
+use taut::model::{Bodies, BodyShape, Model};
 
 use crate::arrays;
+use crate::checks::{below, duration, movable};
+use crate::running::Running;
 
 /// Name, shape, radius [m], whether it ever moves, first vertex, vertices, first triangle, triangles.
 pub type Described = (String, &'static str, f64, bool, usize, usize, usize, usize);
@@ -30,4 +33,37 @@ pub fn describe(bodies: &Bodies, paths: &BodyPaths) -> Vec<Described> {
 pub fn triangles<'py>(py: Python<'py>, bodies: &Bodies) -> Bound<'py, PyArray2<i32>> {
     let flat = bodies.triangles.iter().flatten().map(|&corner| corner as i32);
     arrays::rows_of(PyArray1::from_iter(py, flat), 3)
+}
+
+/// Refuses a body that is not there, and where or when it cannot go.
+pub fn check_shift(model: &Model, body: usize, offset: [f64; 3], over: f64) -> PyResult<()> {
+    below("body", body, model.bodies.list.len())?;
+    movable("offset", offset, 1.0)?;
+    duration("over", over)
+}
+
+/// Sends a body off its path, in a time [s]; at once if that is zero.
+pub fn shift(model: &Model, running: &mut Running, body: usize, to: DVec3, over: f64) {
+    let from = offset(model, running, body);
+    let Running { state, inputs, .. } = running;
+    let start = state.time();
+    if over > 0.0 {
+        return inputs.shift_body(BodyShift { body, from, to, start, arrival: start + over });
+    }
+    inputs.shift_body(BodyShift::constant(body, to));
+    let mut places = state.bodies.clone();
+    inputs.bodies.places(&model.bodies, start, &mut places);
+    let own = model.bodies.list[body].vertices.clone();
+    state.bodies[own.clone()].copy_from_slice(&places[own]);
+}
+
+/// How far a body is off its path [m]: the mean of its vertices.
+pub fn offset(model: &Model, running: &Running, body: usize) -> DVec3 {
+    let Running { state, inputs, .. } = running;
+    let mut places = state.bodies.clone();
+    inputs.bodies.places(&model.bodies, state.time(), &mut places);
+    let own = model.bodies.list[body].vertices.clone();
+    let count = own.len().max(1) as f64;
+    let lag: DVec3 = own.map(|vertex| state.bodies[vertex] - places[vertex]).sum();
+    inputs.bodies.shift_of(body, state.time()) + lag / count
 }

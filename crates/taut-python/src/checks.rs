@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
-use taut::model::{Footprint, MeshData};
+use taut::advance::Failure;
+use taut::model::{Footprint, MeshData, Model};
 use taut::scene::{Scene, SceneError, Source};
 
-use crate::{memory, scene_error};
+use crate::{SimulationError, memory, scene_error};
 
 /// So much more than the estimate is asked for: it may be wrong, and lists that grow take more for a while [1].
 const MARGIN: f64 = 1.6;
@@ -18,6 +19,15 @@ pub fn below(name: &str, index: usize, count: usize) -> PyResult<()> {
         return Ok(());
     }
     Err(PyIndexError::new_err(format!("{name} = {index}: there are {count}, counted from 0")))
+}
+
+/// Names the cloth and its own vertex instead of the particle.
+pub fn explain(model: &Model, failure: Failure) -> PyErr {
+    let Failure::NonFinite { particle, .. } = failure else { return PyValueError::new_err(failure.to_string()) };
+    let vertex = model.numbering.vertex(particle) as usize;
+    let place = model.cloths.iter().find(|cloth| cloth.particles().contains(&vertex));
+    let place = place.map_or_else(String::new, |cloth| format!("cloth {:?}, vertex {}: ", cloth.name, vertex - cloth.first));
+    SimulationError::new_err(format!("{place}{failure}"))
 }
 
 /// Refuses a place that is not finite, and a speed that is none.

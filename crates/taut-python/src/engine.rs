@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use taut::advance::{Failure, advance_in_turns};
+use taut::advance::advance_in_turns;
 use taut::geometry::Vectors;
 use taut::inputs::{Air, Target, Track};
 use taut::model::{Model, SpringKind};
@@ -12,13 +12,13 @@ use taut::prepare::{Prepared, prepare};
 use taut::scene::Scene;
 use taut::schedule::Schedule;
 use taut::state::{Calm, Clock, State};
-use taut::step::{Work, admit, external};
+use taut::step::{Work, admit, external, touches};
 
-use crate::checks::{affordable, below, duration, movable, scene_with, workers};
+use crate::checks::{affordable, below, duration, explain, movable, scene_with, workers};
 use crate::report::report;
 use crate::running::{Guarded, Running};
 use crate::turns::{Turns, or_error};
-use crate::{SimulationError, arrays, bodies, intersections, pools, registers, scene_error, yardstick};
+use crate::{arrays, bodies, contacts, intersections, pools, registers, scene_error, yardstick};
 
 /// See `_taut.pyi` for the documentation of the members.
 #[pyclass(frozen, module = "taut._taut")]
@@ -42,7 +42,7 @@ impl Engine {
         })??;
         match result {
             Ok(summary) => report(py, &summary, time),
-            Err(failure) => Err(turns.raised.unwrap_or_else(|| self.explain(failure))),
+            Err(failure) => Err(turns.raised.unwrap_or_else(|| explain(&self.model, failure))),
         }
     }
 
@@ -65,19 +65,6 @@ impl Engine {
     /// The state in the order of the vertices.
     fn state(&self, py: Python<'_>) -> PyResult<State> {
         self.running.with(py, |running| running.state.to_vertices(&self.model.numbering))
-    }
-
-    fn check_group(&self, group: usize) -> PyResult<()> {
-        below("group", group, self.model.pins.len())
-    }
-
-    /// Names the cloth and its own vertex instead of the particle.
-    fn explain(&self, failure: Failure) -> PyErr {
-        let Failure::NonFinite { particle, .. } = failure else { return PyValueError::new_err(failure.to_string()) };
-        let vertex = self.model.numbering.vertex(particle) as usize;
-        let place = self.model.cloths.iter().find(|cloth| cloth.particles().contains(&vertex));
-        let place = place.map_or_else(String::new, |cloth| format!("cloth {:?}, vertex {}: ", cloth.name, vertex - cloth.first));
-        SimulationError::new_err(format!("{place}{failure}"))
     }
 }
 
@@ -150,6 +137,21 @@ impl Engine {
     fn intersections(&self, py: Python<'_>) -> PyResult<intersections::Found> {
         let state = self.running.with(py, |running| running.state.clone())?;
         or_error(|| py.detach(|| intersections::find(&self.model, &state)))
+    }
+
+    fn shift_body(&self, py: Python<'_>, body: usize, offset: [f64; 3], over: f64) -> PyResult<()> {
+        bodies::check_shift(&self.model, body, offset, over)?;
+        self.running.with(py, |running| bodies::shift(&self.model, running, body, offset.into(), over))
+    }
+
+    fn body_offset(&self, py: Python<'_>, body: usize) -> PyResult<[f64; 3]> {
+        below("body", body, self.model.bodies.list.len())?;
+        Ok(self.running.with(py, |running| bodies::offset(&self.model, running, body))?.to_array())
+    }
+
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<contacts::Arrays<'py>> {
+        let found = self.running.with(py, |running| touches(&running.state, &running.work))?;
+        Ok(contacts::arrays(py, &self.model, &found))
     }
 
     #[getter]
@@ -333,7 +335,7 @@ impl Engine {
     }
 
     fn shift_pins(&self, py: Python<'_>, group: usize, offset: [f64; 3], speed: f64) -> PyResult<()> {
-        self.check_group(group)?;
+        below("group", group, self.model.pins.len())?;
         movable("offset", offset, speed)?;
         self.running.with(py, |Running { state, inputs, .. }| {
             inputs.grips.shift(group, offset.into(), speed);
@@ -344,7 +346,7 @@ impl Engine {
     }
 
     fn pin_offset(&self, py: Python<'_>, group: usize) -> PyResult<[f64; 3]> {
-        self.check_group(group)?;
+        below("group", group, self.model.pins.len())?;
         Ok(self.running.with(py, |running| running.state.offsets[group].now)?.to_array())
     }
 
@@ -393,10 +395,13 @@ impl Engine {
             state.calm.iter_mut().zip(rows).for_each(|(calm, row)| *calm = Calm::from_vector(row));
             state.past.length = self.schedule.step_length;
         }
-        // Bodies are on their paths.
-        self.running.with(py, |running| running.inputs.bodies.places(&self.model.bodies, state.time(), &mut state.bodies))?;
-        // Pins stay beside their paths.
-        self.running.with(py, |running| running.state = State { offsets: running.state.offsets.clone(), ..state })
+        self.running.with(py, |Running { inputs, work, state: now, .. }| {
+            work.forget_touching();
+            // Bodies are on their paths, and those that were moved as far off as they were to go; pins stay beside their paths.
+            inputs.settle_bodies();
+            inputs.bodies.places(&self.model.bodies, state.time(), &mut state.bodies);
+            *now = State { offsets: now.offsets.clone(), ..state };
+        })
     }
 
     #[pyo3(signature = (count=1, dt=None))]
@@ -415,7 +420,11 @@ impl Engine {
 
     fn restore(&self, py: Python<'_>, snapshot: &[u8]) -> PyResult<()> {
         let read = State::from_bytes(snapshot, &self.model).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        self.running.with(py, |Running { state, inputs, .. }| (*state, inputs.grips) = read)
+        self.running.with(py, |Running { state, inputs, work, .. }| {
+            work.forget_touching();
+            inputs.take(read.1);
+            *state = read.0;
+        })
     }
 
     fn yardstick<'py>(&self, py: Python<'py>, repeats: usize) -> PyResult<Timed<'py>> {

@@ -3,6 +3,7 @@
 mod arrays;
 mod bodies;
 mod checks;
+mod contacts;
 mod engine;
 mod intersections;
 mod memory;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::filter::{self, Filter};
+use crate::filter::{self, Filter, Touching};
 use crate::forces::Forces;
 use crate::geometry::{Pool, Vectors};
 use crate::health::{self, Glance, Health, StateReport, StepReport};
@@ -83,6 +83,11 @@ impl Work {
     #[must_use]
     pub fn schedule(&self) -> &Schedule {
         &self.schedule
+    }
+
+    /// Forgets what touched in the last step: the state is no longer its end.
+    pub fn forget_touching(&mut self) {
+        self.filter.forget_touching();
     }
 
     /// Follows what is held. Levels are tied to it, in the model and in the workspace: both are made anew where that has changed,
@@ -206,6 +211,41 @@ pub fn external<'a>(model: &Model, state: &State, inputs: &Inputs, work: &'a mut
     forces.acceleration()
 }
 
+/// A place where cloth touches something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touch {
+    /// The particle of the cloth that is nearest to the place.
+    pub particle: u32,
+    /// The body that it touches; none: cloth.
+    pub body: Option<u32>,
+    /// On the cloth, in the world [m].
+    pub place: DVec3,
+    /// The way in which the cloth is pushed, of length 1.
+    pub normal: DVec3,
+    /// How hard, along the normal, on the mean of the last step [N].
+    pub force: f64,
+    /// Friction on the cloth, across the normal [N].
+    pub friction: DVec3,
+}
+
+/// Where cloth was pushed in the last step, or in the last part of it. Nothing keeps that but the workspace: it is lost where a state
+/// comes from elsewhere.
+#[must_use]
+pub fn touches(state: &State, work: &Work) -> Vec<Touch> {
+    let base = state.origins.first().copied().unwrap_or_default();
+    // A displacement in a step h is that of a force for the time h, which gives a velocity for the time h.
+    let square = work.plan.length * work.plan.length;
+    let told = |touching: Touching| Touch {
+        particle: touching.particle,
+        body: touching.body,
+        place: touching.place + base,
+        normal: touching.normal.as_dvec3(),
+        force: f64::from(touching.push) / square,
+        friction: touching.hold.as_dvec3() / square,
+    };
+    work.filter.touching().into_iter().map(told).collect()
+}
+
 /// Moves the particles of a state from elsewhere until no spring is over its limit; see [`filter::admit`].
 pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work) {
     work.follow(model, inputs);
@@ -213,4 +253,5 @@ pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work)
     let Work { as_held, filter, pool, plan, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
     pool.install(model.particle_count(), || filter::admit(Stride { model, inputs, plan }, state, filter, pool));
+    work.forget_touching();
 }

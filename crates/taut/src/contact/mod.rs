@@ -22,6 +22,7 @@ use glam::DVec3;
 
 use crate::geometry::Vectors;
 use crate::model::Model;
+pub use rows::Touching;
 pub(crate) use rows::{Obstacle, Rows};
 pub use start::{Fault, Intersection, Intersections, Meeting, Other};
 use surfaces::Surfaces;
@@ -100,6 +101,11 @@ impl Contact {
         let Self { surfaces, places, detection, cuts, .. } = self;
         detection.run_again(surfaces, places, surfaces.widest_floor());
         cuts.find(surfaces, places, detection.all());
+    }
+
+    /// What pushed cloth in the last step.
+    pub fn touching(&self) -> impl Iterator<Item = Touching> {
+        self.rows.touching(&self.surfaces, &self.places)
     }
 
     /// Makes rows of what the last certificate found.

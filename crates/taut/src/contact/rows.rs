@@ -5,6 +5,8 @@
 //! back the tangential displacement `sum_i s_i D_i` of the step by an impulse of at most mu times that of the row, so that what sticks
 //! does so for ever.
 
+mod touching;
+
 use glam::{DVec3, Vec3};
 
 use super::certificate::Cuts;
@@ -14,6 +16,7 @@ use super::proximity::{Closest, Kind};
 use super::surfaces::{Owner, Surfaces};
 use super::{FLOOR, KEPT, MARGIN, MARGIN_OF_EDGES, NEAR, Places, RECOVERY};
 use crate::model::{ClothRange, Model};
+pub use touching::Touching;
 
 /// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
 const NEARER: f64 = 0.25;

@@ -6,6 +6,7 @@ mod hands;
 mod held;
 mod strain_limit;
 
+pub use crate::contact::Touching;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::scene::FilterKind;
@@ -60,6 +61,17 @@ impl Filter {
     #[must_use]
     pub fn new(model: &Model, plan: &Plan) -> Self {
         Self { strain_limit: strain_limit::new(model, plan) }
+    }
+
+    /// What pushed cloth in the last step; nothing where the filter knows no contact.
+    #[must_use]
+    pub fn touching(&self) -> Vec<Touching> {
+        self.strain_limit.touching()
+    }
+
+    /// Forgets that: the state is no longer the end of that step.
+    pub fn forget_touching(&mut self) {
+        self.strain_limit.forget_touching();
     }
 }
 

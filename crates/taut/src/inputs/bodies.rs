@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::BodyShift;
 use super::paths::{Followed, NEAR};
 use super::travel::Travel;
 use crate::model::{Bodies, Body, Model};
@@ -24,6 +25,8 @@ enum Path {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BodyPaths {
     paths: Vec<Path>,
+    /// Of the bodies that are off their paths.
+    shifts: Vec<BodyShift>,
 }
 
 impl BodyPaths {
@@ -37,7 +40,20 @@ impl BodyPaths {
             check(&model.bodies, body, array).map_err(refuse)?;
             Ok(Path::Followed(array.clone(), array.rate.unwrap_or(scene.fps)))
         });
-        Ok(Self { paths: paths.collect::<Result<_, _>>()? })
+        Ok(Self { paths: paths.collect::<Result<_, _>>()?, shifts: Vec::new() })
+    }
+
+    /// Moves bodies off their paths; all others are on theirs.
+    pub(super) fn shift(&mut self, shifts: &[BodyShift]) {
+        // One that went back to its path is as one that was never moved.
+        let off = |shift: &&BodyShift| shift.from != DVec3::ZERO || shift.to != DVec3::ZERO;
+        self.shifts = shifts.iter().filter(off).copied().collect();
+    }
+
+    /// How far a body is off its path at `time` [m].
+    #[must_use]
+    pub fn shift_of(&self, body: usize, time: f64) -> DVec3 {
+        self.shifts.iter().find(|shift| shift.body == body).map_or(DVec3::ZERO, |shift| shift.at(time))
     }
 
     /// Writes where the vertices of all bodies are at `time` [s] in the world [m].
@@ -45,6 +61,14 @@ impl BodyPaths {
     /// # Panics
     /// If `bodies` are not those of the scene, or `places` has another length than their vertices.
     pub fn places(&self, bodies: &Bodies, time: f64, places: &mut [DVec3]) {
+        self.places_of_paths(bodies, time, places);
+        for shift in &self.shifts {
+            let offset = shift.at(time);
+            places[bodies.list[shift.body].vertices.clone()].iter_mut().for_each(|place| *place += offset);
+        }
+    }
+
+    fn places_of_paths(&self, bodies: &Bodies, time: f64, places: &mut [DVec3]) {
         places.copy_from_slice(&bodies.rest);
         for (body, path) in bodies.list.iter().zip(&self.paths) {
             let places = &mut places[body.vertices.clone()];
@@ -70,13 +94,13 @@ impl BodyPaths {
         }
     }
 
-    /// Whether any body ever moves.
+    /// Whether any body ever moves, or was moved.
     #[must_use]
     pub fn any_moves(&self) -> bool {
-        (0..self.paths.len()).any(|body| self.moves(body))
+        !self.shifts.is_empty() || (0..self.paths.len()).any(|body| self.moves(body))
     }
 
-    /// Whether a body ever moves.
+    /// Whether a body ever moves by itself.
     #[must_use]
     pub fn moves(&self, body: usize) -> bool {
         self.paths[body] != Path::Still

@@ -1,9 +1,12 @@
-//! What a user holds while a simulation runs: vertices with targets of their own, vertices led by hand, pins moved off their paths.
+//! What a user holds while a simulation runs: vertices with targets of their own, vertices led by hand, pins and bodies moved off their
+//! paths.
 //!
 //! A held particle has no mass while it is held, as a pin of the scene: it goes where it is told. A led particle keeps its mass: it
 //! goes where the hand says unless the strain limit holds it back, and a hand that asks for the impossible stays behind its target.
 
 use glam::DVec3;
+
+use super::BodyShift;
 
 /// All that is held.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -14,6 +17,8 @@ pub struct Grips {
     leads: Vec<Lead>,
     /// Of the pin groups that were moved.
     shifts: Vec<Shift>,
+    /// Of the bodies that were moved.
+    body_shifts: Vec<BodyShift>,
 }
 
 /// Where a held particle goes.
@@ -88,6 +93,12 @@ impl Grips {
         self.shifts.push(Shift { group, target, speed });
     }
 
+    /// Moves a body off its path.
+    pub fn shift_body(&mut self, shift: BodyShift) {
+        self.body_shifts.retain(|other| other.body != shift.body);
+        self.body_shifts.push(shift);
+    }
+
     /// The held particles, in rising order.
     #[must_use]
     pub fn particles(&self) -> &[u32] {
@@ -109,6 +120,12 @@ impl Grips {
     #[must_use]
     pub fn shifts(&self) -> &[Shift] {
         &self.shifts
+    }
+
+    /// The bodies that were moved, in the order in which they were.
+    #[must_use]
+    pub fn body_shifts(&self) -> &[BodyShift] {
+        &self.body_shifts
     }
 }
 

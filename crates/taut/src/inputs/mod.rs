@@ -6,6 +6,7 @@ mod flow;
 mod grips;
 mod paths;
 mod reach;
+mod shifts;
 mod track;
 mod travel;
 
@@ -18,6 +19,7 @@ pub use bodies::BodyPaths;
 pub use flow::{Flows, Outflow, Vortex};
 pub use grips::{Grips, Lead, Shift, Target};
 pub use paths::{Followed, GroupPlaces, Paths};
+pub use shifts::BodyShift;
 pub use track::{Ramp, Track};
 
 use crate::model::{Model, Rates};
@@ -57,6 +59,24 @@ impl Inputs {
             limits: scene.cloth.iter().map(Ramp::of_limit).collect(),
             grips: Grips::default(),
         })
+    }
+
+    /// Takes what a user holds, bodies off their paths too.
+    pub fn take(&mut self, grips: Grips) {
+        self.bodies.shift(grips.body_shifts());
+        self.grips = grips;
+    }
+
+    /// Moves a body off its path; see [`Grips::shift_body`].
+    pub fn shift_body(&mut self, shift: BodyShift) {
+        self.grips.shift_body(shift);
+        self.bodies.shift(self.grips.body_shifts());
+    }
+
+    /// Has all bodies where they were sent: a time that is set knows nothing of their ways.
+    pub fn settle_bodies(&mut self) {
+        let shifts = self.grips.body_shifts().to_vec();
+        shifts.into_iter().for_each(|BodyShift { body, to, .. }| self.shift_body(BodyShift::constant(body, to)));
     }
 
     /// The largest rate at which the air slows a particle [1/s].

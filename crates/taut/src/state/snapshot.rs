@@ -5,18 +5,18 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::{Calm, Clock, Offset, Past, State};
 use crate::geometry::Vectors;
-use crate::inputs::{Grips, Target};
+use crate::inputs::{BodyShift, Grips, Target};
 use crate::model::Model;
 
 /// First bytes of every snapshot; the last one is the version of the layout.
-const MAGIC: [u8; 8] = *b"TAUTSNP7";
+const MAGIC: [u8; 8] = *b"TAUTSNP8";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not ours at all.
-    #[error("these bytes are not a taut snapshot (version 7)")]
+    #[error("these bytes are not a taut snapshot (version 8)")]
     NotASnapshot,
     /// Cut short or altered.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -29,7 +29,7 @@ pub enum SnapshotError {
 impl State {
     /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
     /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies, held particles,
-    /// hands, moved pins, XXH3 of all these.
+    /// hands, moved pins, moved bodies, XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(128 + 36 * self.positions.len() + 24 * self.past.gains.len());
@@ -63,6 +63,12 @@ impl State {
         for shift in grips.shifts() {
             bytes.extend((shift.group as u64).to_le_bytes());
             bytes.extend(shift.target.to_array().into_iter().chain([shift.speed]).flat_map(f64::to_le_bytes));
+        }
+        bytes.extend((grips.body_shifts().len() as u64).to_le_bytes());
+        for BodyShift { body, from, to, start, arrival } in grips.body_shifts() {
+            bytes.extend((*body as u64).to_le_bytes());
+            let numbers = from.to_array().into_iter().chain(to.to_array()).chain([*start, *arrival]);
+            bytes.extend(numbers.flat_map(f64::to_le_bytes));
         }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
         bytes
@@ -123,6 +129,16 @@ impl Reader<'_> {
         for _ in 0..self.whole()? {
             let group = usize::try_from(self.whole()?).ok().filter(|group| *group < model.pins.len())?;
             grips.shift(group, self.place()?, self.real()?);
+        }
+        for _ in 0..self.whole()? {
+            let body = usize::try_from(self.whole()?).ok().filter(|body| *body < model.bodies.list.len())?;
+            grips.shift_body(BodyShift {
+                body,
+                from: self.place()?,
+                to: self.place()?,
+                start: self.real()?,
+                arrival: self.real()?,
+            });
         }
         Some((state, grips))
     }

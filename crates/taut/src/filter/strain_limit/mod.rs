@@ -16,6 +16,7 @@ mod tethers;
 mod xpbd;
 
 use super::Limited;
+use crate::contact::Touching;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::scene::FilterKind;
@@ -27,6 +28,14 @@ pub(super) trait StrainLimit: Send {
     /// Changes the velocities of a state, and with them the ends of the step, so that no spring is longer than
     /// `(1 + lambda) L` there, as far as the method goes.
     fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited;
+
+    /// What pushed cloth in the last step.
+    fn touching(&self) -> Vec<Touching> {
+        Vec::new()
+    }
+
+    /// Forgets that.
+    fn forget_touching(&mut self) {}
 }
 
 /// The method that the model's solver asks for, set up for steps that are planned like this one.

@@ -22,7 +22,7 @@ use super::StrainLimit;
 use crate::filter::Limited;
 use glam::Vec3;
 
-use crate::contact::Obstacle;
+use crate::contact::{Obstacle, Touching};
 use crate::geometry::{CHUNK, Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::schedule::{Plan, Stride};
@@ -191,6 +191,16 @@ impl StrainLimit for CoarseToFine {
         }
         let each = units.iter_mut().map(|unit| unit.apply(stride, state, ends, corrections, pool));
         each.fold(Limited::default(), Limited::and)
+    }
+
+    fn touching(&self) -> Vec<Touching> {
+        self.touch.as_ref().map_or_else(Vec::new, |touch| touch.contact.touching().collect())
+    }
+
+    fn forget_touching(&mut self) {
+        if let Some(touch) = &mut self.touch {
+            touch.contact.rows.clear();
+        }
     }
 }
 

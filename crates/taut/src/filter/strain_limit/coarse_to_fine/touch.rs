@@ -35,7 +35,7 @@ const HALVED: usize = 6;
 
 /// Contact, and what a step is gone through with.
 pub(super) struct Touch {
-    contact: Contact,
+    pub(super) contact: Contact,
     where_is: WhereIs,
     /// The proposed ends and velocities, and where bodies end.
     proposed: Vectors,

@@ -1,0 +1,84 @@
+"""What stands around the cloths of a simulation: bodies, and where cloth touches something."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from taut.arrays import FARTHEST, real, shown, triple
+from taut.bodies import Body, bodies_at
+from taut.contacts import Contacts, contacts_of
+from taut.intersections import Intersections, intersections_of
+from taut.simulated import Simulated
+
+
+class Surrounded(Simulated):
+    """A model among bodies."""
+
+    @property
+    def body_positions(self) -> NDArray[np.float64]:
+        """Where the vertices of all bodies are now in the world [m], shape (body vertices, 3), a copy."""
+        return self._engine.body_positions()
+
+    @property
+    def bodies(self) -> Mapping[str, Body]:
+        """What cloth collides with, by name, where it is now; a copy, empty without bodies.
+
+        ``simulation.bodies["ball"].positions`` is the middle of a ball [m], shape (1, 3), float64.
+        """
+        return bodies_at(self.body_ranges, self.body_positions, self.body_triangles)
+
+    def shift_body(self, body: str, offset: ArrayLike, over: float = 0.0) -> None:
+        """Send a body off its path, and keep it there; a body that does not move by itself has a path, too.
+
+        It goes in a straight line from where it is. Where the cloth cannot give way, the body
+        waits, and comes after when it can. Give the offset of each frame, with the time of a frame, to lead
+        it along a curve. :func:`taut.record` writes those bodies alone that the scene moves.
+
+        Args:
+            body: its name.
+            offset: how far off its path it shall be [m], shape (3,).
+            over: how long that takes [s]; 0: it is there now, whatever lies between, so that cloth there
+                would be inside of it.
+
+        Raises:
+            KeyError: there is no such body.
+            TypeError: something is no number.
+            ValueError: a number is not finite, the offset too large, or the time below 0.
+        """
+        number = self._body_number(body)
+        way = triple("offset", offset, FARTHEST)
+        self._engine.shift_body(number, way, real("over", over, "a finite time [s], 0 or longer"))
+
+    def body_offset(self, body: str) -> NDArray[np.float64]:
+        """How far a body is off its path now [m], shape (3,): sent by :meth:`shift_body`, held back by cloth.
+
+        Raises:
+            KeyError: there is no such body.
+        """
+        return np.array(self._engine.body_offset(self._body_number(body)))
+
+    def _body_number(self, body: str) -> int:
+        names = [one.name for one in self.body_ranges]
+        if body not in names:
+            known = f"must be one of {', '.join(names)}" if names else "there are no bodies"
+            raise KeyError(f"body = {shown(body)}: {known}")
+        return names.index(body)
+
+    @property
+    def contacts(self) -> Contacts:
+        """Where cloth was pushed by bodies, other cloth or itself in the last step, a copy.
+
+        Empty before the first step, and after the state was set. Steps in which a body is fast have several
+        parts; these are the places of the last one. They are found when they are asked for.
+        """
+        return contacts_of(self._engine.contacts())
+
+    def intersections(self) -> Intersections:
+        """Where cloth intersects bodies, other cloth or itself now.
+
+        Contact makes no crossing and takes none back. Those at the start are among :attr:`warnings`; others
+        can only come with a state that is set, or a body that is moved at once. Cloth and cloth count where
+        cloths collide with themselves.
+        """
+        return intersections_of(*self._engine.intersections())

@@ -1,0 +1,93 @@
+"""Where cloth touches something and how hard, and bodies that are sent off their paths."""
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+from taut import Scene, Simulation
+
+FLOOR = {"name": "floor", "plane": {"normal": [0, 0, 1]}, "friction": 0.3}
+BALL = {"name": "ball", "sphere": {"center": [0, 0, -0.4], "radius": 0.2}}
+LIFT = BALL | {"name": "lift", "move": [[1.0, [0, 0, 0.3]]]}
+WEIGHT = 0.2 * 9.81
+
+
+def simulation(*bodies: dict[str, Any], height: float = 0.004, pins: Any = ()) -> Simulation:
+    grid = {"size": [1, 1], "cells": [16, 16], "origin": [-0.5, -0.5, height], "axes": ["x", "y"]}
+    cloth = {"grid": grid, "density": 0.2, "thickness": 0.004, "friction": 0.3, "pins": list(pins)}
+    return Simulation(Scene({"fps": 60, "body": list(bodies), "cloth": [cloth]}), threads=1)
+
+
+def test_contacts_bear_the_weight_of_a_sheet_that_lies_on_a_plane() -> None:
+    lying = simulation(FLOOR)
+    assert len(lying.contacts) == 0
+    lying.run(90)
+    borne = []
+    for _ in range(60):
+        lying.step()
+        contacts = lying.contacts
+        borne.append((contacts.normals * contacts.forces[:, None] + contacts.friction).sum(axis=0))
+    np.testing.assert_allclose(np.mean(borne, axis=0), [0, 0, WEIGHT], atol=0.02 * WEIGHT)
+    assert (contacts.bodies == 0).all() and np.array_equal(contacts.normals, [[0, 0, 1]] * len(contacts))
+    np.testing.assert_allclose(contacts.positions, lying.exact_positions[contacts.vertices], atol=1e-9)
+    assert (np.linalg.norm(contacts.friction, axis=1) <= 0.3 * contacts.forces * (1 + 1e-4)).all()
+    lying.set_state(lying.positions, lying.velocities, lying.steps)
+    assert len(lying.contacts) == 0
+
+
+def test_a_ball_that_is_sent_pushes_the_cloth_and_waits_where_that_is_taut() -> None:
+    pins = [{"corner": at} for at in ("top-left", "top-right", "bottom-left", "bottom-right")]
+    pushed = simulation(BALL, height=0.0, pins=pins)
+    for frame in range(60):
+        pushed.shift_body("ball", (0, 0, 0.6 * (frame + 1) / 60), over=1 / 60)
+        pushed.run(1)
+        middle = pushed.bodies["ball"].positions[0]
+        assert np.linalg.norm(pushed.exact_positions - middle, axis=1).min() > 0.2
+    assert not pushed.intersections()
+    offset = pushed.body_offset("ball")[2]
+    assert 0.2 < offset < 0.5, "the cloth reaches no further"
+    assert middle[2] == pytest.approx(-0.4 + offset)
+    contacts = pushed.contacts
+    assert (contacts.normals[:, 2] > 0).all() and contacts.forces.sum() > WEIGHT
+
+
+def test_a_body_off_its_path_goes_on_with_it() -> None:
+    moving = simulation(LIFT, height=1.0)
+    moving.shift_body("lift", (0.5, 0, 0))
+    np.testing.assert_allclose(moving.bodies["lift"].positions, [[0.5, 0, -0.4]])
+    moving.run(30)
+    np.testing.assert_allclose(moving.bodies["lift"].positions, [[0.5, 0, -0.25]], atol=1e-9)
+    np.testing.assert_allclose(moving.body_offset("lift"), [0.5, 0, 0], atol=1e-9)
+    moving.shift_body("lift", (0.5, 0.2, 0), over=0.5)
+    moving.run(15)
+    np.testing.assert_allclose(moving.body_offset("lift"), [0.5, 0.1, 0], atol=1e-9)
+    again = copy.deepcopy(moving)
+    moving.run(15)
+    again.run(15)
+    for one in (moving, again):
+        np.testing.assert_allclose(one.bodies["lift"].positions, [[0.5, 0.2, -0.1]], atol=1e-9)
+    moving.set_state(moving.positions, moving.velocities, 0)
+    np.testing.assert_allclose(moving.bodies["lift"].positions, [[0.5, 0.2, -0.4]], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        (("box", (0, 0, 0)), KeyError, "body = 'box': must be one of floor, ball"),
+        ((1, (0, 0, 0)), KeyError, "body = 1: must be"),
+        (("ball", (0, 0)), ValueError, "offset = .*three finite numbers"),
+        (("ball", (0, 0, np.nan)), ValueError, "offset"),
+        (("ball", (0, 0, 1e300)), ValueError, "offset"),
+        (("ball", "up"), TypeError, "offset"),
+        (("ball", (0, 0, 0), -1), ValueError, "over"),
+        (("ball", (0, 0, 0), np.inf), ValueError, "over"),
+    ],
+)
+def test_what_cannot_be_sent_is_refused(arguments: Any, error: type[Exception], words: str) -> None:
+    asked = simulation(FLOOR, BALL)
+    with pytest.raises(error, match=words):
+        asked.shift_body(*arguments)
+    assert not asked.body_offset("ball").any()
+    with pytest.raises(KeyError, match="must be one of"):
+        asked.body_offset("nothing")
