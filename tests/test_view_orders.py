@@ -39,6 +39,19 @@ from viewing import unpack
         '{"type": "grab", "vertex": 1, "target": [0, 0, 1e30]}',
         '{"type": "grab", "vertex": 99999999999, "target": [0, 0, 0]}',
         '{"type": "grab", "vertex": "1", "target": [0, 0, 0]}',
+        '{"type": "drag", "body": 0}',
+        '{"type": "drag", "body": -1, "target": [0, 0, 0]}',
+        '{"type": "drag", "body": "ball", "target": [0, 0, 0]}',
+        '{"type": "drag", "body": 1.0, "target": [0, 0, 0]}',
+        '{"type": "drag", "body": 0, "target": [0, 0, 1e5]}',
+        '{"type": "drag", "body": 0, "target": {"x": 1}}',
+        '{"type": "throw"}',
+        '{"type": "throw", "start": [0, 0, 0]}',
+        '{"type": "throw", "start": [0, 0, 0], "target": [0, 0, NaN]}',
+        '{"type": "throw", "start": [0, 0, -1e9], "target": [0, 0, 0]}',
+        '{"type": "throw", "start": [0, 0, 0], "target": [0, 0, 1], "speed": 9}',
+        '{"type": "contacts"}',
+        '{"type": "contacts", "on": "yes"}',
         '{"type": "set", "control": "wind", "value": null}',
         '{"type": "set", "control": "' + "w" * 1000 + '", "value": 1}',
     ],
@@ -56,6 +69,10 @@ def test_orders_are_read() -> None:
     )
     assert wire.parse('{"type": "set", "control": "filter", "value": "none"}') == wire.Set("filter", "none")
     assert wire.parse('{"type": "step"}') == wire.Step()
+    assert wire.parse('{"type": "drag", "body": 2, "target": [0, 1, 2]}') == wire.Drag(2, (0.0, 1.0, 2.0))
+    throw = wire.parse('{"type": "throw", "start": [0, 0, 0], "target": [1, 0, 0]}')
+    assert throw == wire.Throw((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    assert wire.parse('{"type": "contacts", "on": true}') == wire.Contacts(True)
 
 
 JSON = st.recursive(
@@ -63,10 +80,10 @@ JSON = st.recursive(
 )
 
 
-@given(
-    st.text()
-    | st.dictionaries(st.sampled_from(["type", "on", "value", "vertex", "target"]), JSON).map(json.dumps)
-)
+FIELDS = ["type", "on", "value", "vertex", "body", "start", "target"]
+
+
+@given(st.text() | st.dictionaries(st.sampled_from(FIELDS), JSON).map(json.dumps))
 def test_any_text_is_an_order_or_refused(text: str) -> None:
     with contextlib.suppress(wire.OrderError):
         wire.parse(text)
@@ -79,8 +96,11 @@ def test_ten_thousand_orders_take_no_more_room_than_a_few() -> None:
         mail.put(0, wire.Set(f"c{number}" * 6, 1.0))
         mail.put(0, wire.Set("gravity", number))
         mail.put(0, wire.Seek(number))
+        mail.put(number % 3, wire.Drag(number, (0, 0, 0)))
+        mail.put(number % 3, wire.Contacts(bool(number % 2)))
+        mail.put(number % 3, wire.Throw((0, 0, 0), (0, 0, number / 1e3)))
     left = mail.take()
-    assert len(left) == 6
+    assert len(left) == 10
     assert (0, wire.Set("gravity", 9999)) in left and (0, wire.Seek(9999)) in left
     assert mail.take() == []
 

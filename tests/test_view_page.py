@@ -197,6 +197,57 @@ def test_a_recording_is_scrubbed_on_a_phone(browser: Browser, recorded: Any) -> 
         phone.close()
 
 
+def test_a_body_is_dragged_a_ball_thrown_and_contacts_are_marked(browser: Browser) -> None:
+    sheet = {"size": [0.4, 0.4], "cells": [8, 8], "origin": [-0.2, -0.2, 0.62], "axes": ["x", "y"]}
+    scene = {
+        "body": [
+            {"name": "ball", "sphere": {"center": [0, 0, 0.3], "radius": 0.3}},
+            {"name": "floor", "plane": {"normal": [0, 0, 1]}},
+        ],
+        "cloth": [{"grid": sheet, "thickness": 0.01}],
+    }
+    faults: list[str] = []
+    with viewing(LiveShow(Scene(scene))) as at:
+        page = browser.new_page(viewport={"width": 960, "height": 600})
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.goto(at.url)
+        until(page, "Boolean(window.viewer && viewer.picture && viewer.picture.frame > 30)")
+        assert page.is_visible("#nearness")
+        assert float((page.text_content("#closest") or "").split()[0]) > 0
+        page.keyboard.press("k")
+        until(page, "viewer.cloths[0].solids.touches.length > 3")
+        pause(page, at)
+        blue = (pixels(page)[..., 2].astype(int) - pixels(page)[..., 0] > 60).sum()
+        assert blue > 10, "contacts are marked"
+        page.keyboard.press("k")
+        until(page, "!viewer.stale && !viewer.picture.arrays.touches0")
+        page.click("#play")
+        # The lower half of the ball looks out from under the small sheet.
+        column, row = projected(page, np.array([[0, 0, 0.12]]))[0]
+        page.mouse.move(column, row)
+        until(page, "viewer.canvas.classList.contains('over')")
+        page.mouse.down()
+        assert page.evaluate("viewer.pointer.drag.body") == 0
+        page.mouse.move(column - 60, row, steps=5)
+        middle = "viewer.cloths[0].solids.middle(0)"
+        until(page, f"Math.hypot({middle}[0], {middle}[1]) > 0.08")
+        page.mouse.up()
+        until(page, "viewer.pointer.drag === null")
+        page.click("#reset")
+        until(page, f"Math.hypot({middle}[0], {middle}[1]) < 1e-6")
+        page.mouse.move(column, row)
+        page.keyboard.press("b")
+        until(page, "viewer.cloths[0].solids.ball.faces.length > 100")
+        bodies = at.show.simulations[0].bodies
+        assert len(bodies) == 3
+        page.click("#throw")
+        until(page, "viewer.picture.arrays.ball0 && viewer.cloths[0].solids.middle(2)[2] > 0")
+        page.click("#reset")
+        until(page, "viewer.cloths[0].solids.ball.faces.length === 0")
+        page.close()
+    assert faults == []
+
+
 def test_bodies_stand_and_move_where_the_engine_has_them(browser: Browser, flag: dict[str, Any]) -> None:
     flag["body"] = [
         {"name": "ball", "sphere": {"center": [0.7, -0.8, 0.6], "radius": 0.4}, "move": [[1, [0.6, 0, 0]]]},

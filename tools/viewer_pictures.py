@@ -68,6 +68,27 @@ def desktop(browser: Browser, url: str) -> None:
     page.close()
 
 
+def ball(browser: Browser, url: str) -> None:
+    """A ball in the flag, and where it touches it."""
+    page = opened(browser, url, 1280, 760, 1)
+    page.click("#reset")
+    page.click("#touches")
+    until(page, "viewer.picture.frame < 10")
+    until(page, "viewer.picture.time > 2.5")
+    page.evaluate("viewer.send('speed', { value: 0.1 })")
+    x, y = page.evaluate(f"viewer.where({PULLED})")
+    page.mouse.move(x, y)
+    page.keyboard.press("b")
+    until(page, "viewer.cloths[0].solids.touches.length > 20")
+    start = page.evaluate("viewer.picture.time")
+    until(page, f"viewer.picture.time > {start} + 0.06 && !viewer.stale")
+    save(page, "viewer-ball.jpg")
+    page.click("#touches")
+    page.evaluate("viewer.send('speed', { value: 1 })")
+    page.click("#reset")
+    page.close()
+
+
 def phone(browser: Browser, url: str) -> None:
     """The flag on a small window."""
     page = opened(browser, url, 390, 780, 1.5)
@@ -78,7 +99,7 @@ def phone(browser: Browser, url: str) -> None:
 
 
 def main() -> None:
-    """Starts the viewer and takes both pictures."""
+    """Starts the viewer and takes all pictures."""
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     if chromium is None:
         sys.exit("no chromium here: install Debian's `chromium`, or Chrome")
@@ -92,6 +113,7 @@ def main() -> None:
             url = viewer.stdout.readline().split()[0]
             browser = playwright.chromium.launch(executable_path=chromium, args=software)
             desktop(browser, url)
+            ball(browser, url)
             phone(browser, url)
             browser.close()
         finally:

@@ -20,6 +20,16 @@ SCENES: list[dict[str, Any]] = [
     {"wind": {"velocity": [8, 1, 0]}, "cloth": [{"grid": {"cells": [6, 4]}, "pins": [{"edge": "left"}]}]},
     {"cloth": [{"grid": {"cells": [4, 4]}, "pins": [{"corner": at}]} for at in ("top-left", "top-right")]},
     {"up": "y", "cloth": [{"grid": {"cells": [3, 5]}}]},
+    {
+        "body": [
+            {"name": "floor", "plane": {"normal": [0, 0, 1], "point": [0, 0, -1]}},
+            {"name": "ball", "sphere": {"center": [0.4, 0.8, 0.4], "radius": 0.3}, "move": [[1, [0, -1, 0]]]},
+            {"name": "crate", "box": {"center": [0.5, -1, 0.3], "size": [0.5, 0.5, 0.5]}},
+        ],
+        "cloth": [
+            {"grid": {"cells": [6, 6]}, "pins": [{"edge": "top"}], "thickness": 0.01},
+        ],
+    },
 ]
 ODD = [0, 1, -1, 0.5, 1e9, -1e9, 1e-300, 1e308, None, True, "", "none", [], {}, 2**31, 2**63, [1, 2, 3]]
 WORDS = [b'"', b"{", b"}", b"[", b"]", b"null", b"NaN", b"Infinity", b"-1", b"1e999", b"\\ud800", b"9" * 400]
@@ -101,6 +111,9 @@ def order(random: Random) -> dict[str, Any]:
             *[{"type": "grab", "vertex": random.randint(0, 60), "target": target()}] * 3,
             {"type": "release"},
             {"type": "pin", "group": random.randint(0, 3), "target": target()},
+            *[{"type": "drag", "body": random.randint(0, 4), "target": target()}] * 3,
+            *[{"type": "throw", "start": target(), "target": target()}] * 2,
+            {"type": "contacts", "on": random.random() < 0.8},
             {"type": "seen", "number": random.randint(0, 99)},
         ]
     )  # fmt: skip
@@ -124,6 +137,8 @@ def over(simulation: Simulation) -> str:
         return "a number is not finite"
     if simulation.scene.document["solver"]["filter"] != "coarse_to_fine":
         return ""
+    if simulation.bodies and simulation.intersections():
+        return f"cloth intersects something: {simulation.intersections().places[0]}"
     u, v = simulation.springs.T
     stretch = np.linalg.norm(places[v] - places[u], axis=1) / simulation.rest_length - 1
     excess = float((stretch - simulation.strain_limit).max(initial=-math.inf))

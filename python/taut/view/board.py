@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from taut.view.controls import controls
-from taut.view.wire import Grab, Order, Pin, Release, Set
+from taut.view.wire import Contacts, Drag, Grab, Order, Pin, Release, Set
 
 Client = int
 """Tells pages apart."""
@@ -86,10 +86,10 @@ class Mailbox:
 
 
 def _subject(client: Client, order: Order) -> tuple[object, ...]:
-    if isinstance(order, Grab | Release):
+    if isinstance(order, Grab | Drag | Release):
         return "hand", client
     if isinstance(order, Set):
         return Set, order.control if order.control in controls() else None
-    if isinstance(order, Pin):
-        return Pin, client
+    if isinstance(order, Pin | Contacts):
+        return type(order), client
     return (type(order),)

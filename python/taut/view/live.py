@@ -10,7 +10,9 @@ from taut.formats import MeshError
 from taut.scene import Scene
 from taut.simulation import Simulation
 from taut.view import controls, wire
+from taut.view.ball import Ball
 from taut.view.board import Client
+from taut.view.carried import Carried
 from taut.view.hands import Hands, hand_over
 from taut.view.pace import Pace
 from taut.view.picture import Mesh, pack_layout, pack_picture, up_of
@@ -40,6 +42,10 @@ class LiveShow(Show):
         self._runs = build(scene, self._wish, None, threads)
         self._rest = self._runs[0].simulation.exact_positions
         self._solids = Solids(self._first.bodies, self._rest, up_of(self._document))
+        up, floor = up_of(self._document), self._solids.floor
+        self._carried = Carried(Ball(self._first.bodies, self._rest, up, floor), self._solids.floor_name)
+        self._throws: wire.Throw | None = None
+        self._watchers: set[Client] = set()
         self._building: tuple[Wish, Future[list[Run]]] | None = None
         self._builder = ThreadPoolExecutor(1, "taut-build")
         self._frame = 0
@@ -95,6 +101,7 @@ class LiveShow(Show):
 
     def _advance(self) -> None:
         self._hands.apply(self.simulations)
+        self._carried.apply(self.simulations)
         try:
             for run in self._runs:
                 run.advance()
@@ -103,6 +110,7 @@ class LiveShow(Show):
             self._say(f"{error}; press reset, or take back what was changed last")
             self._tell()
             return
+        self._carried.settle(self._first)
         self._frame += 1
 
     # Orders.
@@ -132,12 +140,22 @@ class LiveShow(Show):
                 held = self._hands.grabs.get(client)
                 if held is not None and held.vertex != vertex:
                     self._release(client)
+                self._carried.release(client, self.simulations)
                 self._hands.grab(client, order, self._first)
                 self._hold()
             case wire.Release():
                 self._release(client)
             case wire.Pin():
                 self._hands.move_pin(order, self._first)
+            case wire.Drag():
+                if client in self._hands.grabs:
+                    self._release(client)
+                self._carried.drag(client, order, self.simulations)
+            case wire.Throw():
+                self._throw(order)
+            case wire.Contacts(on):
+                (self._watchers.add if on else self._watchers.discard)(client)
+                self._show()
             case _:
                 raise wire.OrderError(f"{type(order).__name__.lower()} is for recordings")
 
@@ -154,7 +172,20 @@ class LiveShow(Show):
         if held != self._wish.held:
             self._wish = replace(self._wish, held=held)
 
+    def _throw(self, order: wire.Throw) -> None:
+        """Throw the ball, or have one built that is thrown then."""
+        self._throws = order
+        self._wish = replace(self._wish, ball=True)
+        goes = self._building is not None and not self._building[0].ball
+        if goes or not self._running.ball:
+            return
+        self._throws = None
+        self._carried.ball.throw(order, self._first)
+        self._carried.place_ball(self.simulations)
+        self._show()
+
     def _release(self, client: Client) -> None:
+        self._carried.release(client, self.simulations)
         grab = self._hands.grabs.pop(client, None)
         if grab is not None and grab.vertex not in self._hands.held:
             for simulation in self.simulations:
@@ -164,6 +195,8 @@ class LiveShow(Show):
     def _reset(self) -> None:
         self._frame = 0
         self._hands.forget_pins()
+        self._carried.forget(self.simulations)
+        self._throws, self._wish = None, replace(self._wish, ball=False)
         for simulation in self.simulations:
             simulation.set_state(self._rest, np.zeros_like(self._rest), 0)
             for group in range(len(simulation.pin_groups)):
@@ -179,22 +212,33 @@ class LiveShow(Show):
             try:
                 self._take_over(wish, built.result())
             except (SceneError, MeshError) as error:
+                self._throws = None
                 self._wish = replace(self._running, held=self._hands.held)
                 self._running = replace(self._running, held=self._hands.held)
                 self._document = self._wish.apply(self._scene).document
                 self._say(str(error))
             self._tell()
         if self._building is None and self._wish != self._running:
-            arguments = self._scene, self._wish, self._first, self._threads
+            arguments = self._scene, self._wish, self._first, self._threads, self._carried.ball
             self._building = self._wish, self._builder.submit(build, *arguments)
 
     def _take_over(self, wish: Wish, new: list[Run]) -> None:
         for index, run in enumerate(new):
             before = self._runs[min(index, len(self._runs) - 1)]
+            self._carried.put(before.simulation, run.simulation)
             hand_over(before.simulation, run.simulation, self._frame)
+            self._carried.pass_on(run.simulation)
             self._hands.pass_on(before.simulation, run.simulation)
             run.ms = before.ms
         self._runs, self._running = new, wish
+        if not wish.ball:
+            self._carried.ball.park()
+        if self._throws is not None and wish.ball:
+            try:
+                self._throw(self._throws)
+            except wire.OrderError as error:
+                self._throws = None
+                self._say(str(error))
         self._show()
 
     # What pages see.
@@ -222,11 +266,13 @@ class LiveShow(Show):
             [cloth.first_vertex for cloth in simulation.cloths],
             self._solids,
             simulation.bodies,
+            self._carried.ball.faces,
         )
         return pack_layout([mesh], self._document, live=True)
 
     def _show(self) -> None:
-        panels = [run.panel(self._solids) for run in self._runs]
+        watched = bool(self._watchers)
+        panels = [run.panel(self._solids, self._carried, watched) for run in self._runs]
         header = {
             "time": self._first.time,
             "frame": self._frame,

@@ -33,6 +33,8 @@ class Mesh:
     """The bodies beside it."""
     bodies: Mapping[str, Body]
     """Where they are at the start."""
+    ball_faces: NDArray[np.int32]
+    """Triangles of the ball that can be thrown, if any, shape (faces, 3)."""
 
 
 def pack_layout(meshes: Sequence[Mesh], scene: Mapping[str, Any], live: bool) -> bytes:
@@ -53,10 +55,18 @@ def pack_layout(meshes: Sequence[Mesh], scene: Mapping[str, Any], live: bool) ->
         arrays[f"lengths{index}"] = mesh.rest_length[limited]
         arrays[f"solid_faces{index}"] = mesh.solids.faces
         arrays[f"square_faces{index}"] = mesh.solids.square_faces
+        arrays[f"ball_faces{index}"] = mesh.ball_faces
         arrays |= mesh.solids.arrays(mesh.bodies, index)
         pins = [group.tolist() for group in mesh.pins if len(group)]
-        floor = mesh.solids.floor
-        described.append({"pins": pins, "first_vertices": list(mesh.first_vertices), "floor": floor})
+        described.append(
+            {
+                "pins": pins,
+                "first_vertices": list(mesh.first_vertices),
+                "floor": mesh.solids.floor,
+                "parts": mesh.solids.parts,
+                "square_parts": mesh.solids.square_parts,
+            }
+        )
     header = {"type": "layout", "live": live, "up": up_of(scene), "meshes": described}
     return pack(header, arrays)
 
@@ -87,8 +97,16 @@ class Panel:
     """Cost of a frame [ms]."""
     solids: Solids
     """The bodies beside it."""
-    bodies: Mapping[str, Body]
-    """Where they are."""
+    bodies: Mapping[str, Body] | None
+    """Where they are; nothing where they are as they were at the start."""
+    contacts: float
+    """Pairs that were near, in a step [1]."""
+    closest: float
+    """Least distance between what touches [m]; infinite where nothing was near."""
+    ball: NDArray[np.float32] | None = None
+    """Corners of the triangles of a ball that was thrown [m], shape (points, 3)."""
+    touches: NDArray[np.float32] | None = None
+    """Where cloth touches something [m], and how hard it is pushed there [N], shape (n, 4)."""
 
     def describe(self) -> dict[str, Any]:
         """Its numbers as JSON values."""
@@ -100,6 +118,8 @@ class Panel:
             "worst": finite(self.worst),
             "energies": [finite(energy) for energy in self.energies],
             "ms": finite(self.ms),
+            "contacts": finite(self.contacts),
+            "closest": finite(self.closest),
         }
 
 
@@ -114,6 +134,10 @@ def pack_picture(number: int, header: Mapping[str, Any], panels: Sequence[Panel]
     described = [panel.describe() for panel in panels]
     arrays = {f"positions{index}": panel.positions for index, panel in enumerate(panels)}
     for index, panel in enumerate(panels):
-        if panel.solids.moves:
+        if panel.bodies is not None:
             arrays |= panel.solids.arrays(panel.bodies, index)
+        if panel.ball is not None:
+            arrays[f"ball{index}"] = panel.ball
+        if panel.touches is not None:
+            arrays[f"touches{index}"] = panel.touches
     return pack({"type": "picture", "number": number, **header, "panels": described}, arrays)

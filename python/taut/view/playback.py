@@ -82,7 +82,7 @@ class PlaybackShow(Show):
                 self._speed = value
             case wire.Loop(on):
                 self._loop = on
-            case wire.Release():
+            case wire.Release() | wire.Contacts():
                 return
             case wire.Seek(frame):
                 self._frame = min(frame, self._frames - 1)
@@ -137,8 +137,10 @@ class PlaybackShow(Show):
             worst=float(numbers["worst_stretch"][frame]),
             energies=[float(numbers[name][frame]) for name in energies],
             ms=float(numbers["ms"][frame]),
+            contacts=float(numbers["contacts"][frame]) / max(1, int(cache.attributes["substeps"])),
+            closest=float(numbers["closest"][frame]),
             solids=self._solids[index],
-            bodies=cache.bodies(frame) if self._solids[index].moves else {},
+            bodies=cache.bodies(frame) if self._solids[index].moves else None,
         )
 
 
@@ -153,6 +155,7 @@ def _mesh(cache: Cache, solids: Solids) -> Mesh:
         [int(cloth["first_vertex"]) for cloth in cache.attributes["cloths"]],
         solids,
         cache.bodies(0),
+        np.zeros((0, 3), np.int32),
     )
 
 

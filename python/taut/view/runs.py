@@ -3,8 +3,14 @@
 import time
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from taut.contacts import Contacts
 from taut.scene import Scene
 from taut.simulation import Simulation
+from taut.view.ball import Ball
+from taut.view.carried import Carried
 from taut.view.hands import weights
 from taut.view.picture import Panel
 from taut.view.solids import Solids
@@ -13,6 +19,8 @@ _BARE = ("solver.filter=none", "solver.substeps=auto")
 """What makes a scene the bare mass-spring cloth."""
 _SHARE = 0.1
 """Weight of the last frame in the mean cost."""
+_MOST_CONTACTS = 4000
+"""Contacts in a picture [1]."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +33,8 @@ class Wish:
     """Vertices in a hand."""
     compare: bool = False
     """Whether the bare cloth is shown as well."""
+    ball: bool = False
+    """Whether there is a ball to be thrown."""
 
     def apply(self, scene: Scene) -> Scene:
         """The scene with what was changed.
@@ -62,9 +72,10 @@ class Run:
         ms = 1e3 * (time.perf_counter() - start)
         self.ms += (_SHARE if self.ms else 1.0) * (ms - self.ms)
 
-    def panel(self, solids: Solids) -> Panel:
-        """What is shown of it, beside `solids`."""
+    def panel(self, solids: Solids, carried: Carried, with_contacts: bool) -> Panel:
+        """What is shown of it, beside `solids`, and where it touches something if that is asked for."""
         report = self.simulation.report
+        moves = solids.moves or carried.any_moved or carried.ball.is_shown
         return Panel(
             mesh=0,
             name=self._filter,
@@ -75,11 +86,24 @@ class Run:
             energies=(report.kinetic_energy, report.elastic_energy, report.potential_energy),
             ms=self.ms,
             solids=solids,
-            bodies=self.simulation.bodies if solids.moves else {},
+            bodies=self.simulation.bodies if moves else None,
+            contacts=report.contacts / max(1, report.steps),
+            closest=report.closest,
+            ball=carried.ball.points(),
+            touches=_touches(self.simulation.contacts) if with_contacts else None,
         )
 
 
-def build(scene: Scene, wish: Wish, base: Simulation | None, threads: int | None) -> list[Run]:
+def _touches(contacts: Contacts) -> NDArray[np.float32]:
+    """Places and forces, the strongest first, as many as a page can draw."""
+    rows = np.column_stack([contacts.positions, contacts.forces])
+    strongest = np.argsort(-contacts.forces, kind="stable")[:_MOST_CONTACTS]
+    return rows[strongest].astype(np.float32)
+
+
+def build(
+    scene: Scene, wish: Wish, base: Simulation | None, threads: int | None, ball: Ball | None = None
+) -> list[Run]:
     """What a wish asks for: the scene, and beside it the bare cloth if it shall be compared.
 
     Args:
@@ -87,6 +111,7 @@ def build(scene: Scene, wish: Wish, base: Simulation | None, threads: int | None
         wish: what shall be other.
         base: any earlier simulation of it, for the masses of what is held.
         threads: worker threads [1]; all cores when left out.
+        ball: what is thrown if the wish asks for it.
 
     Raises:
         SceneError: one of them cannot be simulated.
@@ -94,5 +119,7 @@ def build(scene: Scene, wish: Wish, base: Simulation | None, threads: int | None
     changed = wish.apply(scene)
     if base is not None and wish.held:
         changed = changed.with_settings(weights(base, wish.held, changed.document))
+    if ball is not None and wish.ball:
+        changed = changed.with_settings(ball.settings(changed.document))
     scenes = [changed, changed.with_settings(_BARE)] if wish.compare else [changed]
     return [Run(one, threads) for one in scenes]

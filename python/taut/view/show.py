@@ -4,7 +4,7 @@ import threading
 from abc import ABC, abstractmethod
 
 from taut.view.board import Board, Client, Mailbox
-from taut.view.wire import Play, Release
+from taut.view.wire import Contacts, Play, Release
 
 _PATIENCE = 0.5
 """How long an end waits for the frame in hand [s]."""
@@ -36,8 +36,9 @@ class Show(ABC):
         return self._thread.is_alive()
 
     def leave(self, client: Client) -> None:
-        """A page is gone; what it held falls."""
+        """A page is gone; what it held falls, and what it asked for is not sent any more."""
         self.mail.put(client, Release())
+        self.mail.put(client, Contacts(False))
 
     def _say(self, text: str) -> None:
         """Have all pages show a sentence, with the next status."""

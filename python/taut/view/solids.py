@@ -29,6 +29,8 @@ class Solids:
         self._middle, size = (low + high) / 2, max(float(np.linalg.norm(high - low)), 0.1)
         self._reach = _REACH * size
         floor = floor_of(bodies.values(), np.eye(3)[up], float(low[up]), 2 * size)
+        self.floor_name = None if floor is None else floor.name
+        """Its name."""
         self.floor = None if floor is None else float(floor.positions[0, up])
         """Height of the plane on which all stands [m], if there is one; it is not among the squares."""
         solid = [body for body in bodies.values() if body.shape != "plane"]
@@ -38,6 +40,11 @@ class Solids:
         """Whether anything of it may move."""
         counts = [len(skin.points(bodies[name])) for name, skin in self._skins.items()]
         firsts = np.concatenate([[0], np.cumsum(counts)])[:-1].astype(np.int32)
+        numbers = {name: number for number, name in enumerate(bodies)}
+        self.parts = [(numbers[name], len(skin.faces)) for name, skin in self._skins.items()]
+        """Number of a body, and how many of the triangles are its own, for one body after the other."""
+        self.square_parts = [(numbers[name], len(_CORNERS)) for name in self._planes]
+        """The same of the squares."""
         faces = [skin.faces + first for skin, first in zip(self._skins.values(), firsts, strict=True)]
         self.faces: NDArray[np.int32] = _joined(faces, np.int32)
         """Triangles, counter-clockwise seen from outside, shape (faces, 3)."""
@@ -55,8 +62,13 @@ class Solids:
         return _joined(found, np.float32)
 
     def arrays(self, bodies: Mapping[str, Body], index: int) -> dict[str, NDArray[np.float32]]:
-        """Both, with the names that they have in messages to the page."""
-        return {f"solids{index}": self.points(bodies), f"squares{index}": self.squares(bodies)}
+        """Both, and the middles of all bodies, with the names that they have in messages to the page."""
+        middles = [body.positions.mean(axis=0, keepdims=True) for body in bodies.values()]
+        return {
+            f"solids{index}": self.points(bodies),
+            f"squares{index}": self.squares(bodies),
+            f"middles{index}": _joined(middles, np.float32),
+        }
 
 
 def _joined(rows: Sequence[NDArray[Any]], kind: type[np.generic]) -> NDArray[Any]:

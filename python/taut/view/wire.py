@@ -121,13 +121,39 @@ class Pin:
 
 
 @dataclass(frozen=True)
+class Drag:
+    """Move a body so that the mean of its vertices comes to a place [m]."""
+
+    body: int
+    target: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Throw:
+    """Throw a ball from a place through another one [m]."""
+
+    start: tuple[float, float, float]
+    target: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Send where cloth touches something with every picture, or do so no more."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
 class Seen:
     """The page has drawn the picture of this number and is ready for another."""
 
     number: int
 
 
-Order = Play | Step | Reset | Speed | Loop | Seek | Compare | Set | Grab | Release | Pin | Seen
+Order = (
+    Play | Step | Reset | Speed | Loop | Seek | Compare | Set
+    | Grab | Release | Pin | Drag | Throw | Contacts | Seen
+)  # fmt: skip
 
 FARTHEST = 1e4
 """Largest coordinate of a target [m]."""
@@ -213,5 +239,8 @@ _FIELDS: dict[str, tuple[Any, dict[str, Any]]] = {
     "grab": (Grab, {"vertex": _index, "target": _place}),
     "release": (Release, {}),
     "pin": (Pin, {"group": _index, "target": _place}),
+    "drag": (Drag, {"body": _index, "target": _place}),
+    "throw": (Throw, {"start": _place, "target": _place}),
+    "contacts": (Contacts, {"on": _flag}),
     "seen": (Seen, {"number": _index}),
 }

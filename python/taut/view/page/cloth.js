@@ -1,5 +1,7 @@
 /** The cloth of one panel: what follows from its positions. The z axis points up here, whatever the scene's does. */
 
+import { firstMet } from "./pick.js";
+
 /** Springs at their limit are over it by rounding; that is not yet a violation. */
 const ROUNDING = 1.002;
 
@@ -152,32 +154,12 @@ export class Cloth {
     return out;
   }
 
-  /** The vertex nearest to where a ray first meets the cloth, or nothing. */
-  pick({ from, way }) {
-    const { faces } = this.mesh;
-    const { positions: p } = this;
-    let nearest = Infinity, found = null;
-    for (let i = 0; i < faces.length; i += 3) {
-      const a = 3 * faces[i], b = 3 * faces[i + 1], c = 3 * faces[i + 2];
-      const e1x = p[b] - p[a], e1y = p[b + 1] - p[a + 1], e1z = p[b + 2] - p[a + 2];
-      const e2x = p[c] - p[a], e2y = p[c + 1] - p[a + 1], e2z = p[c + 2] - p[a + 2];
-      const hx = way[1] * e2z - way[2] * e2y, hy = way[2] * e2x - way[0] * e2z, hz = way[0] * e2y - way[1] * e2x;
-      const det = e1x * hx + e1y * hy + e1z * hz;
-      if (Math.abs(det) < 1e-14) continue;
-      const sx = from[0] - p[a], sy = from[1] - p[a + 1], sz = from[2] - p[a + 2];
-      const u = (sx * hx + sy * hy + sz * hz) / det;
-      if (u < 0 || u > 1) continue;
-      const qx = sy * e1z - sz * e1y, qy = sz * e1x - sx * e1z, qz = sx * e1y - sy * e1x;
-      const v = (way[0] * qx + way[1] * qy + way[2] * qz) / det;
-      if (v < 0 || u + v > 1) continue;
-      const t = (e2x * qx + e2y * qy + e2z * qz) / det;
-      if (t > 0 && t < nearest) {
-        nearest = t;
-        const w = 1 - u - v;
-        found = faces[i + (w >= u && w >= v ? 0 : u >= v ? 1 : 2)];
-      }
-    }
-    return found;
+  /** How far a ray goes until it first meets the cloth, and the vertex nearest to that; or nothing. */
+  pick(ray) {
+    const met = firstMet(this.mesh.faces, this.positions, ray);
+    if (!met) return null;
+    const corner = met.weights.indexOf(Math.max(...met.weights));
+    return { far: met.far, vertex: this.mesh.faces[3 * met.face + corner] };
   }
 }
 

@@ -11,6 +11,9 @@ const SHADOW_SIZE = 1024;
 const IDENTITY = along([0, 0, 1], 1, [0, 0, 0]);
 const STONE = [0.55, 0.62, 0.69];
 const PLANE = [0.78, 0.82, 0.86];
+const THROWN = [0.2, 0.46, 0.45];
+/** Where cloth touches something. */
+const TOUCHING = [0.13, 0.2, 0.86];
 const COLOURINGS = { fabric: 0, grid: 1, strain: 2 };
 
 export class Drawing {
@@ -74,7 +77,12 @@ export class Drawing {
   /** Send the triangles of bodies, if they moved. */
   uploadSolid(solid) {
     const { gl } = this;
-    solid.onCard ??= { faces: this.buffer(solid.faces, gl.ELEMENT_ARRAY_BUFFER), positions: gl.createBuffer(), normals: gl.createBuffer() };
+    solid.onCard ??= { faces: gl.createBuffer(), positions: gl.createBuffer(), normals: gl.createBuffer() };
+    if (solid.hasNewFaces) {
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, solid.onCard.faces);
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, solid.faces, gl.STATIC_DRAW);
+    }
+    solid.hasNewFaces = false;
     if (!solid.isNew) return;
     solid.isNew = false;
     for (const name of ["positions", "normals"]) {
@@ -130,8 +138,9 @@ export class Drawing {
     gl.clear(gl.DEPTH_BUFFER_BIT);
     this.use("depth", { camera });
     this.triangles(cloth.onCard.positions, cloth.mesh.onCard.faces, cloth.mesh.faces.length);
-    const { bodies } = cloth.solids;
-    if (bodies.faces.length) this.triangles(bodies.onCard.positions, bodies.onCard.faces, bodies.faces.length);
+    for (const { onCard, faces } of [cloth.solids.bodies, cloth.solids.ball]) {
+      if (faces.length) this.triangles(onCard.positions, onCard.faces, faces.length);
+    }
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return camera;
   }
@@ -160,9 +169,10 @@ export class Drawing {
     this.clean(4);
   }
 
-  drawBodies({ bodies, squares }, light) {
+  drawBodies({ bodies, squares, ball }, light) {
     const { gl } = this;
     this.body(bodies, STONE, light);
+    this.body(ball, THROWN, light);
     // From behind a plane would hide what it holds up.
     gl.enable(gl.CULL_FACE);
     this.body(squares, PLANE, light);
@@ -194,7 +204,7 @@ export class Drawing {
       const long = (0.5 * cloth.mesh.meanLength * view.part.height) / look.height;
       this.ribbons(view, cloth.over, [1, 0.84, 0.2], Math.min(1.5 * look.density, Math.max(0.25, 0.2 * long)), 6e-4);
     }
-    const threads = view.hands.flatMap(({ vertex, target }) => [...cloth.at(vertex), ...target]);
+    const threads = view.hands.flatMap(({ from, target }) => [...from, ...target]);
     if (threads.length) this.ribbons(view, new Float32Array(threads), [0.1, 0.13, 0.16], 2 * look.density, 2e-3);
   }
 
@@ -226,6 +236,7 @@ export class Drawing {
     this.solids(this.ball, chosen, [0.95, 0.62, 0.1], IDENTITY, light);
     const held = hands.flatMap(({ target }) => [...target, 0.014 * look.radius]);
     this.solids(this.ball, held, [0.12, 0.15, 0.18], IDENTITY, light);
+    this.drawTouches(cloth, light, look);
     const speed = length(look.wind);
     if (speed > 0.05) {
       const long = look.radius * Math.min(0.5, 0.12 + 0.035 * speed);
@@ -235,6 +246,24 @@ export class Drawing {
       const model = along(way, long, [0, 0, 0]);
       this.solids(this.arrow, [...place, 1], [0.17, 0.42, 0.66], model, light);
     }
+  }
+
+  /** Mark where cloth touches something: larger where it is pushed harder, faint where something is before it. */
+  drawTouches({ mesh, solids: { touches } }, light, look) {
+    const { gl } = this;
+    const size = Math.min(0.3 * mesh.meanLength, 0.01 * look.radius);
+    const strongest = Math.max(0, ...touches.map(({ force }) => force));
+    const marks = touches.flatMap(({ place, force }) => [...place, size * (0.5 + Math.sqrt(force / strongest))]);
+    gl.enable(gl.BLEND);
+    gl.blendColor(0, 0, 0, 0.3);
+    gl.blendFunc(gl.CONSTANT_ALPHA, gl.ONE_MINUS_CONSTANT_ALPHA);
+    gl.depthFunc(gl.GREATER);
+    gl.depthMask(false);
+    this.solids(this.ball, marks, TOUCHING, IDENTITY, light);
+    gl.depthMask(true);
+    gl.depthFunc(gl.LESS);
+    gl.disable(gl.BLEND);
+    this.solids(this.ball, marks, TOUCHING, IDENTITY, light);
   }
 
   solids(shape, instances, paint, model, light) {

@@ -41,6 +41,8 @@ class Viewer {
       energy: new Plot($("plot-energy")),
       cost: new Plot($("plot-cost"), () => (this.live ? 1000 / 60 : null)),
     };
+    /** Whether contacts are shown. */
+    this.touching = false;
     this.pointer = new Pointer(this.canvas, this);
     this.controls = new Controls($("controls"), (control, value) => this.later(() => this.send("set", { control, value }), control));
     this.orders = new Map();
@@ -89,7 +91,8 @@ class Viewer {
     if (floor !== null) this.look.floor = floor;
     this.goHome();
     for (const id of ["seek", "looping"]) $(id).hidden = this.live;
-    for (const id of ["limiting", "controls"]) $(id).hidden = !this.live;
+    for (const id of ["limiting", "touching", "controls"]) $(id).hidden = !this.live;
+    if (this.touching) this.send("contacts", { on: true });
     if (!this.live) $("hint").textContent = "Drag to turn the view; the wheel or two fingers come closer.";
   }
 
@@ -162,7 +165,7 @@ class Viewer {
     picture.panels.forEach((panel, index) => {
       const cloth = this.cloths[index];
       cloth.update(picture.arrays[`positions${index}`], panel.limits);
-      cloth.solids.update(picture.arrays[`solids${index}`], picture.arrays[`squares${index}`]);
+      cloth.solids.update(picture, index);
       this.drawing.upload(cloth);
       if (this.meshes[0].floor !== null) return;
       for (let i = 2; i < cloth.positions.length; i += 3) {
@@ -189,11 +192,19 @@ class Viewer {
     $("worst").replaceChildren(...figures(panels.map((panel) => percent(panel.worst))), allowed);
     $("energy").replaceChildren(...figures(panels[0].energies.map((energy) => (energy ?? NaN).toFixed(2))), "J");
     $("cost").replaceChildren(...figures(panels.map((panel) => (panel.ms ?? NaN).toFixed(1))), "ms");
+    this.showContacts(panels);
     $("over").textContent = this.cloths.map((cloth) => cloth.overCount).join(" | ");
     $("clock").textContent = `${time.toFixed(2)} s`;
     $("rate").textContent = factor > 0 ? `${factor.toFixed(2)}×` : "paused";
     if (!this.live && document.activeElement !== $("seek")) $("seek").value = String(frame);
     this.showNames(panels);
+  }
+
+  /** The least distance and how many pairs were near, where anything ever was. */
+  showContacts(panels) {
+    if (panels.some(({ contacts, closest }) => contacts > 0 || closest !== null)) $("nearness").hidden = false;
+    $("closest").replaceChildren(...figures(panels.map(({ closest }) => (closest === null ? "–" : (1e3 * closest).toFixed(2)))), "mm");
+    $("contacts").replaceChildren(...figures(panels.map(({ contacts }) => (contacts ?? NaN).toFixed(0))));
   }
 
   showNames(panels) {
@@ -229,9 +240,10 @@ class Viewer {
   /** What this page and others hold. */
   handsOn(cloth) {
     const { drag } = this.pointer;
-    const own = drag && drag.group === undefined ? [{ vertex: drag.vertex, target: drag.target }] : [];
+    const from = drag?.body === undefined ? drag && cloth.at(drag.vertex) : sub(cloth.solids.middle(drag.body), drag.lead);
+    const own = drag && drag.group === undefined ? [{ from, target: drag.target }] : [];
     const others = this.picture.held.filter((vertex) => vertex !== drag?.vertex);
-    return [...own, ...others.map((vertex) => ({ vertex, target: cloth.at(vertex) }))];
+    return [...own, ...others.map((vertex) => ({ from: cloth.at(vertex), target: cloth.at(vertex) }))];
   }
 
   paint() {
@@ -264,6 +276,8 @@ class Viewer {
     $("speed").onchange = () => this.send("speed", { value: Number($("speed").value) });
     $("limit").onclick = () => this.switchLimit();
     $("compare").onclick = () => this.send("compare", { on: !this.status.compare });
+    $("throw").onclick = () => this.throwBall();
+    $("touches").onclick = () => this.showTouches(!this.touching);
     $("seek").oninput = () => this.later(() => this.send("seek", { frame: Number($("seek").value) }), "seek");
     $("seek").onchange = () => $("seek").blur();
     $("loop").onchange = () => this.send("loop", { on: $("loop").checked });
@@ -286,6 +300,24 @@ class Viewer {
     this.send("set", { control: "filter", value: off ? (this.filter ?? "coarse_to_fine") : "none" });
   }
 
+  /** Throw a ball from below the eye to where the pointer is. */
+  throwBall() {
+    if (!this.picture) return;
+    this.touched();
+    const { eye } = this.camera;
+    const { mesh, target } = this.pointer.aim();
+    const { right, up } = this.camera.axes();
+    const way = sub(target, eye), far = length(way);
+    const start = add(add(eye, scale(way, 0.12)), add(scale(up, -0.08 * far), scale(right, 0.05 * far)));
+    this.send("throw", { start: mesh.asInScene(start), target: mesh.asInScene(target) });
+  }
+
+  showTouches(on) {
+    this.touching = on;
+    $("touches").setAttribute("aria-pressed", String(on));
+    this.send("contacts", { on });
+  }
+
   colour(name) {
     this.look.colour = name;
     for (const button of $("colour").children) button.setAttribute("aria-pressed", String(button.dataset.colour === name));
@@ -304,10 +336,12 @@ class Viewer {
   }
 
   key(event) {
-    if (["INPUT", "SELECT", "BUTTON", "SUMMARY"].includes(event.target.tagName) || event.ctrlKey || event.metaKey) return;
-    const actions = { " ": "play", ArrowRight: "step", r: "reset", l: "limit", c: "compare" };
+    // Buttons answer to the space bar themselves.
+    const own = event.key === " " ? ["INPUT", "SELECT", "BUTTON", "SUMMARY"] : ["INPUT", "SELECT"];
+    if (own.includes(event.target.tagName) || event.ctrlKey || event.metaKey) return;
+    const actions = { " ": "play", ArrowRight: "step", r: "reset", l: "limit", c: "compare", b: "throw", k: "touches" };
     const button = actions[event.key.length > 1 ? event.key : event.key.toLowerCase()];
-    if (!button || (!this.live && ["limit", "compare"].includes(button))) return;
+    if (!button || (!this.live && ["limit", "compare", "throw", "touches"].includes(button))) return;
     event.preventDefault();
     $(button).click();
   }

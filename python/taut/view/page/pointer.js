@@ -1,7 +1,7 @@
-/** Mouse, fingers and keys on the picture: pull the cloth, move pins, turn the view. */
+/** Mouse, fingers and keys on the picture: pull the cloth, move pins and bodies, turn the view. */
 
 import { meetPlane } from "./camera.js";
-import { project, sub, add } from "./math.js";
+import { add, project, scale, sub } from "./math.js";
 
 /** Pixels around a pin or a knot in which it is meant, for a mouse and for a finger. */
 const NEAR = { mouse: 9, touch: 22, pen: 14 };
@@ -14,8 +14,11 @@ export class Pointer {
     this.down = new Map();
     this.drag = null;
     this.hovered = null;
+    /** Where the pointer was last, over the picture. */
+    this.last = null;
     canvas.addEventListener("pointerdown", (event) => this.press(event));
     canvas.addEventListener("pointermove", (event) => this.move(event));
+    canvas.addEventListener("pointerleave", () => (this.last = null));
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
       canvas.addEventListener(name, (event) => this.lift(event));
     }
@@ -44,17 +47,17 @@ export class Pointer {
     }
     const place = this.locate(event);
     const turning = event.button === 1 || event.button === 2 || event.shiftKey || event.ctrlKey;
-    const pin = turning ? null : this.pinAt(place, event.pointerType);
-    const vertex = turning || pin !== null ? pin : this.vertexAt(place, event.pointerType);
-    if (this.viewer.live && vertex !== null) {
-      const cloth = place.view.cloth;
+    const { vertex, body, met } = turning || !this.viewer.live ? {} : this.thingAt(place, event.pointerType);
+    if (vertex !== undefined || body !== undefined) {
+      const { cloth } = place.view;
       const group = cloth.mesh.pinned.get(vertex);
       const normal = this.viewer.camera.axes().forward;
-      const anchor = cloth.at(vertex);
+      const anchor = met ?? cloth.at(vertex);
       // The pointer met the triangle, not its corner: keep that distance.
       const offset = sub(anchor, meetPlane(this.ray(place), anchor, normal));
-      const lead = group === undefined ? [0, 0, 0] : sub(cloth.at(cloth.mesh.pins[group][0]), anchor);
-      this.drag = { view: place.view, vertex, group, normal, anchor, offset, lead, target: anchor };
+      // From there to what is told where to go: the first vertex of a pin, the middle of a body.
+      const told = body !== undefined ? cloth.solids.middle(body) : group !== undefined ? cloth.at(cloth.mesh.pins[group][0]) : anchor;
+      this.drag = { view: place.view, vertex, body, group, normal, anchor, offset, lead: sub(told, anchor), target: anchor };
       this.canvas.classList.add("busy");
       this.pull(place);
     } else {
@@ -118,39 +121,52 @@ export class Pointer {
     this.viewer.later(() => {
       if (this.drag !== drag) return;
       const { mesh } = drag.view.cloth;
-      if (drag.group === undefined) {
-        this.viewer.send("grab", { vertex: drag.vertex, target: mesh.asInScene(drag.target) });
-      } else {
-        this.viewer.send("pin", { group: drag.group, target: mesh.asInScene(add(drag.target, drag.lead)) });
-      }
+      const target = mesh.asInScene(add(drag.target, drag.lead));
+      if (drag.body !== undefined) this.viewer.send("drag", { body: drag.body, target });
+      else if (drag.group !== undefined) this.viewer.send("pin", { group: drag.group, target });
+      else this.viewer.send("grab", { vertex: drag.vertex, target });
     });
   }
 
   hover(event) {
     if (event.pointerType === "touch" || !this.viewer.views().length) return;
     const place = this.locate(event);
-    const pin = this.pinAt(place, event.pointerType);
-    const hovered = pin === null ? null : place.view.cloth.mesh.pinned.get(pin);
+    this.last = place;
+    const { vertex, body } = this.viewer.live ? this.thingAt(place, event.pointerType) : {};
+    const hovered = place.view.cloth.mesh.pinned.get(vertex) ?? null;
     if (hovered !== this.hovered) {
       this.hovered = hovered;
       this.viewer.redraw();
     }
-    const over = this.viewer.live && (pin !== null || this.vertexAt(place, event.pointerType) !== null);
-    this.canvas.classList.toggle("over", over);
+    this.canvas.classList.toggle("over", vertex !== undefined || body !== undefined);
   }
 
   ray({ view, x, y }) {
     return this.viewer.camera.ray(x, y, view.css.width / view.css.height);
   }
 
-  /** The pinned vertex near a point of the picture, or nothing. */
-  pinAt(place, kind) {
-    return this.viewer.live ? this.near(place, place.view.cloth.mesh.pinned.keys(), kind) : null;
+  /** What can be pulled at a point of the picture: a pin near it, what is seen there, or a knot of a net near it. */
+  thingAt(place, kind) {
+    const { cloth } = place.view;
+    const pin = this.near(place, cloth.mesh.pinned.keys(), kind);
+    if (pin !== null) return { vertex: pin };
+    const ray = this.ray(place);
+    const seen = cloth.pick(ray), solid = cloth.solids.pick(ray);
+    if (solid && !(seen && seen.far <= solid.far)) return { body: solid.body, met: add(ray.from, scale(ray.way, solid.far)) };
+    const vertex = seen?.vertex ?? this.near(place, cloth.mesh.knots, kind);
+    return vertex === null ? {} : { vertex };
   }
 
-  /** The vertex of the cloth at a point of the picture, or of a net near it, or nothing. */
-  vertexAt(place, kind) {
-    return place.view.cloth.pick(this.ray(place)) ?? this.near(place, place.view.cloth.mesh.knots, kind);
+  /** Where the pointer is, or the middle of the picture, and what is seen there: both in the world. */
+  aim() {
+    const { last, viewer } = this;
+    const place = last ?? { view: viewer.views()[0], x: 0, y: 0 };
+    const ray = this.ray(place);
+    const { cloth } = place.view;
+    const seen = [cloth.pick(ray), cloth.solids.pick(ray)].filter(Boolean).map(({ far }) => far);
+    const { forward } = viewer.camera.axes();
+    const target = seen.length ? add(ray.from, scale(ray.way, Math.min(...seen))) : meetPlane(ray, viewer.look.centre, forward);
+    return { mesh: cloth.mesh, target };
   }
 
   near({ view, x, y }, vertices, kind) {

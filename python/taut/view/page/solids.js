@@ -1,13 +1,37 @@
 /** The bodies of one panel: triangles with normals. The z axis points up here, whatever the scene's does. */
 
 import { normalsOf } from "./cloth.js";
+import { firstMet } from "./pick.js";
+
+/** The body whose triangle was met, of those that have so many triangles each. */
+function owned(met, parts) {
+  if (!met) return null;
+  let last = 0;
+  for (const [body, faces] of parts) {
+    last += faces;
+    if (met.face < last) return { far: met.far, body };
+  }
+  return null;
+}
 
 /** Triangles that may move. */
 class Triangles {
   constructor(faces, positions) {
-    this.faces = new Uint32Array(faces);
-    this.normals = new Float32Array(positions.length);
+    this.take(faces, positions);
+  }
+
+  /** Take other triangles, if they are. */
+  take(faces, positions) {
+    if (this.faces?.length !== faces.length) {
+      this.faces = new Uint32Array(faces);
+      this.normals = new Float32Array(positions.length);
+      this.hasNewFaces = true;
+    }
     this.move(positions);
+  }
+
+  clear() {
+    if (this.faces.length) this.take([], new Float32Array());
   }
 
   move(positions) {
@@ -26,16 +50,49 @@ export class Solids {
     this.bodies = new Triangles(arrays[`solid_faces${index}`], mesh.turned(arrays[`solids${index}`]));
     /** Planes, which are seen from the side to which they face. */
     this.squares = new Triangles(arrays[`square_faces${index}`], mesh.turned(arrays[`squares${index}`]));
+    /** A ball that was thrown; without faces while there is none. */
+    this.ball = new Triangles([], new Float32Array());
+    this.ballFaces = arrays[`ball_faces${index}`];
+    this.parts = layout.meshes[index].parts;
+    this.squareParts = layout.meshes[index].square_parts;
+    this.middles = mesh.turned(arrays[`middles${index}`]);
+    /** Where cloth touches something: x, y, z and how hard. */
+    this.touches = [];
   }
 
   get all() {
-    return [this.bodies, this.squares];
+    return [this.bodies, this.squares, this.ball];
   }
 
-  /** Take new places, if a picture has some. */
-  update(bodies, squares) {
+  /** Take what a picture has of places and contacts. */
+  update({ arrays }, index) {
+    const [bodies, squares, middles, ball] = ["solids", "squares", "middles", "ball"].map((name) => arrays[`${name}${index}`]);
     if (bodies) this.bodies.move(this.mesh.turned(bodies));
     if (squares) this.squares.move(this.mesh.turned(squares));
+    if (middles) this.middles = this.mesh.turned(middles);
+    if (ball) this.ball.take(this.ballFaces, this.mesh.turned(ball));
+    else this.ball.clear();
+    const touches = arrays[`touches${index}`] ?? [];
+    this.touches = Array.from({ length: touches.length / 4 }, (_, row) => {
+      const [x, y, z, force] = touches.subarray(4 * row, 4 * row + 4);
+      return { place: this.mesh.fromScene([x, y, z]), force };
+    });
+  }
+
+  /** How far a ray goes until it first meets a body, and the number of that; or nothing. */
+  pick(ray) {
+    const met = [
+      owned(firstMet(this.bodies.faces, this.bodies.positions, ray), this.parts),
+      owned(firstMet(this.squares.faces, this.squares.positions, ray, true), this.squareParts),
+      // The ball is the last of all.
+      owned(firstMet(this.ball.faces, this.ball.positions, ray), [[this.middles.length / 3 - 1, Infinity]]),
+    ];
+    return met.filter(Boolean).sort((a, b) => a.far - b.far)[0] ?? null;
+  }
+
+  /** The mean of a body's vertices. */
+  middle(body) {
+    return [...this.middles.subarray(3 * body, 3 * body + 3)];
   }
 
   /** The box round a box and what is near it: bodies at the other end of the world need not be seen. */
