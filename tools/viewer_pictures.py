@@ -71,21 +71,23 @@ def desktop(browser: Browser, url: str) -> None:
 def ball(browser: Browser, url: str) -> None:
     """A ball in the flag, and where it touches it."""
     page = opened(browser, url, 1280, 760, 1)
-    page.click("#reset")
     page.click("#touches")
-    until(page, "viewer.picture.frame < 10")
-    until(page, "viewer.picture.time > 2.5")
     page.evaluate("viewer.send('speed', { value: 0.1 })")
     x, y = page.evaluate(f"viewer.where({PULLED})")
     page.mouse.move(x, y)
     page.keyboard.press("b")
-    until(page, "viewer.cloths[0].solids.touches.length > 20")
-    start = page.evaluate("viewer.picture.time")
-    until(page, f"viewer.picture.time > {start} + 0.06 && !viewer.stale")
+    until(page, "viewer.cloths[0].solids.touches.length > 60")
+    page.evaluate("viewer.send('play', { on: false })")
+    until(page, "!viewer.status.playing")
+    # From the side, where the ball does not hide what it does.
+    page.evaluate("viewer.camera.orbit(-95, 0), viewer.redraw()")
+    page.mouse.move(2, 2)
+    page.wait_for_timeout(1000)
     save(page, "viewer-ball.jpg")
     page.click("#touches")
     page.evaluate("viewer.send('speed', { value: 1 })")
     page.click("#reset")
+    page.click("#play")
     page.close()
 
 
