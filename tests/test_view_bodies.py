@@ -89,6 +89,20 @@ def test_filters_without_contact_are_refused_with_the_reason(beside: Make) -> No
     assert not status(show)["compare"]
 
 
+def test_recordings_tell_how_near_things_were(beside: Make, recorded: Path, tmp_path: Path) -> None:
+    near = BALL | {"sphere": {"center": [0.7, 0.302, 1.5], "radius": 0.3}}
+    path = record(Simulation(beside(near), threads=1), tmp_path / "near.zarr", 5).path
+    playback = PlaybackShow([Cache.open(recorded), Cache.open(path)])
+    order(playback, {"type": "contacts", "on": True})
+    order(playback, {"type": "seek", "frame": 4})
+    playback.turn(0.0)
+    header, arrays = picture(playback)
+    without, beside_it = header["panels"]
+    assert (without["contacts"], without["closest"]) == (0, None)
+    assert beside_it["contacts"] > 0 and 0 < beside_it["closest"] < 0.01
+    assert "touches1" not in arrays and "contacts" not in status(playback)["note"][1]
+
+
 def test_recordings_have_their_own_bodies(beside: Make, recorded: Path, tmp_path: Path) -> None:
     path = record(Simulation(beside(MOVING, WALL), threads=1), tmp_path / "ball.zarr", 10).path
     playback = PlaybackShow([Cache.open(recorded), Cache.open(path)])

@@ -143,6 +143,10 @@ def test_a_ball_that_is_gone_cannot_be_dragged(show: LiveShow) -> None:
     drag(show, 0, (0, 0, 0))
     settle(show, 2)
     assert "there are 0 bodies" in status(show)["note"][1]
+    assert not show.simulations[0].bodies, "the scene is what it was"
+    order(show, {"type": "compare", "on": True})
+    settle(show, 2)
+    assert len(show.simulations) == 2
 
 
 def test_throws_that_cannot_be_are_refused(show: LiveShow) -> None:
@@ -174,9 +178,7 @@ def test_throw_reset_and_throw_again_before_anything_is_built(show: LiveShow) ->
         order(show, text)
         show.turn()
     settle(show, 5)
-    for _ in range(20):
-        show.turn()
-    assert len(show.simulations) == 1
+    settle(show, 20)
     order(show, {"type": "compare", "on": False})
     order(show, THROW)
     settle(show, 3)

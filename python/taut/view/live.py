@@ -111,6 +111,9 @@ class LiveShow(Show):
             self._tell()
             return
         self._carried.settle(self._first)
+        if self._running.ball and self._throws is None and not self._carried.ball.is_shown:
+            # It is gone: without it the scene is what it was, and costs no more.
+            self._wish = replace(self._wish, ball=False)
         self._frame += 1
 
     # Orders.
