@@ -6,10 +6,11 @@
 use glam::DVec3;
 
 use super::crossing::Motion;
-use super::detect::Pair;
+use super::detect::{Detection, Pair};
 use super::proximity::{Closest, Kind};
 use super::surfaces::Surfaces;
 use super::{FLOOR, KEPT, Places};
+use crate::geometry::{CHUNK, Pool, for_each_part};
 
 /// A pair that would come too near.
 #[derive(Debug, Clone, Copy)]
@@ -32,40 +33,44 @@ pub(crate) struct Cuts {
     pub shortened: Vec<u32>,
     /// The least distance at the start of the step [m].
     pub closest: f64,
+    /// What parts of the pairs find.
+    parts: Vec<(Vec<Cut>, f64)>,
 }
 
 impl Cuts {
     pub fn new(vertices: usize) -> Self {
-        Self { list: Vec::new(), factors: vec![1.0; vertices], shortened: Vec::new(), closest: f64::INFINITY }
+        Self { list: Vec::new(), factors: vec![1.0; vertices], shortened: Vec::new(), closest: f64::INFINITY, parts: Vec::new() }
     }
 
-    /// Finds those among some pairs, and particles that would pass planes.
-    pub fn find(&mut self, surfaces: &Surfaces, places: &Places, pairs: impl Iterator<Item = Pair>) {
+    /// Finds those among the pairs of a detection, and particles that would pass planes.
+    pub fn find(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection, pool: &Pool) {
         self.list.clear();
         self.closest = f64::INFINITY;
-        for pair in pairs {
-            let corners = pair.corners.map(|corner| corner as usize);
-            let x = corners.map(|corner| places.x[corner]);
-            let d = [0, 1, 2, 3].map(|end| places.ends[corners[end]] - x[end]);
-            let motion = Motion { kind: pair.kind, x, d };
-            let split = pair.kind.split();
-            let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner]);
-            let radius = surfaces.radius(owners);
-            let most = FLOOR * surfaces.thickness(owners);
-            if motion.is_apart_along(motion.guess(), most + radius) {
-                continue;
+        let chunks: [_; 2] = [&detection.pairs, &detection.further].map(|pairs| pairs.chunks(CHUNK));
+        let count = chunks.iter().map(|chunks| chunks.len()).sum();
+        if self.parts.len() < count {
+            self.parts.resize_with(count, Default::default);
+        }
+        let [first, further] = chunks;
+        let of_first = first.len();
+        let chunk = |index: usize| match index.checked_sub(of_first) {
+            None => first.clone().nth(index),
+            Some(index) => further.clone().nth(index),
+        };
+        for_each_part(&mut self.parts[..count], count * CHUNK, pool, |index, (cuts, closest)| {
+            cuts.clear();
+            *closest = f64::INFINITY;
+            let counts = |pair: &&Pair| index >= of_first || !detection.is_asked(pair);
+            for pair in chunk(index).into_iter().flatten().filter(counts) {
+                if let Some((cut, distance)) = look(surfaces, places, *pair) {
+                    *closest = closest.min(distance);
+                    cuts.extend(cut);
+                }
             }
-            let closest = Closest::new(pair.kind, &x);
-            let distance = closest.way.length() - radius;
-            self.closest = self.closest.min(distance);
-            if distance <= 0.0 || distance.is_nan() {
-                continue;
-            }
-            let floor = most.min(KEPT * distance);
-            let allowed = motion.allowed(&closest, floor + radius);
-            if allowed < 1.0 {
-                self.list.push(Cut { pair, allowed, distance, plane: None });
-            }
+        });
+        for (cuts, closest) in &self.parts[..count] {
+            self.list.extend(cuts);
+            self.closest = self.closest.min(*closest);
         }
         for plane in &surfaces.planes {
             let [from, to] = [&places.x, &places.ends].map(|places| places[plane.vertex as usize]);
@@ -102,4 +107,23 @@ impl Cuts {
             }
         }
     }
+}
+
+/// What a pair that is not far from each other all the way would cross, and its distance at the start [m].
+fn look(surfaces: &Surfaces, places: &Places, pair: Pair) -> Option<(Option<Cut>, f64)> {
+    let motion = Motion::of(places, pair);
+    let owners = surfaces.owners_of(pair);
+    let radius = surfaces.radius(owners);
+    let most = FLOOR * surfaces.thickness(owners);
+    if motion.is_apart_along(motion.guess(), most + radius) {
+        return None;
+    }
+    let closest = Closest::new(pair.kind, &motion.x);
+    let distance = closest.way.length() - radius;
+    if distance <= 0.0 || distance.is_nan() {
+        return Some((None, distance));
+    }
+    let floor = most.min(KEPT * distance);
+    let allowed = motion.allowed(&closest, floor + radius);
+    Some(((allowed < 1.0).then_some(Cut { pair, allowed, distance, plane: None }), distance))
 }

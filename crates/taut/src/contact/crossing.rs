@@ -6,6 +6,8 @@
 
 use glam::DVec3;
 
+use super::Places;
+use super::detect::Pair;
 use super::proximity::{Closest, Kind};
 
 /// Time goes on while there is more left than this part of what there was above the floor [1].
@@ -27,6 +29,13 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
+    /// That of a pair in a step.
+    pub fn of(places: &Places, Pair { kind, corners }: Pair) -> Self {
+        let corners = corners.map(|corner| corner as usize);
+        let x = corners.map(|corner| places.x[corner]);
+        Self { kind, x, d: [0, 1, 2, 3].map(|end| places.ends[corners[end]] - x[end]) }
+    }
+
     /// An axis along which most features are apart that are so at all, a unit vector: the way between their middles.
     pub fn guess(&self) -> DVec3 {
         let (one, other) = self.x.split_at(self.kind.split());

@@ -6,6 +6,7 @@ use super::Places;
 use super::proximity::Kind;
 use super::surfaces::Surfaces;
 use super::tree::{Bounds, Leaf, Tree};
+use crate::geometry::{Pool, for_each_chunk, for_each_part};
 
 /// Boxes are wider by this part of the largest coordinate: places are rounded to single precision.
 const ROUNDING: f32 = 2.0 * f32::EPSILON;
@@ -16,6 +17,16 @@ pub(crate) struct Pair {
     pub kind: Kind,
     pub corners: [u32; 4],
 }
+
+/// Two leaves that meet, and whose they are: a cloth, and a cloth or a body after all cloths.
+#[derive(Debug, Clone, Copy)]
+struct Met {
+    trees: [u32; 2],
+    leaves: [u32; 2],
+}
+
+/// Pairs of leaves that a thread looks at together.
+const PART: usize = 64;
 
 /// Pairs, with the workspace to find them.
 pub(crate) struct Detection {
@@ -30,8 +41,15 @@ pub(crate) struct Detection {
     asked: Vec<bool>,
     bounds: Vec<Bounds>,
     stack: Vec<[u32; 2]>,
-    /// Features of one leaf that meet another one.
-    met: [Vec<u32>; 2],
+    met: Vec<Met>,
+    parts: Vec<Part>,
+}
+
+/// What a part of the pairs of leaves holds, and features of one leaf that meet another one.
+#[derive(Debug, Default)]
+struct Part {
+    pairs: Vec<Pair>,
+    near: [Vec<u32>; 2],
 }
 
 impl Detection {
@@ -44,72 +62,100 @@ impl Detection {
             asked: vec![true; vertices],
             bounds: vec![Bounds::NOTHING; vertices],
             stack: Vec::new(),
-            met: Default::default(),
+            met: Vec::new(),
+            parts: Vec::new(),
         }
     }
 
     /// Finds all pairs of features that share no vertex and come within `margin` [m] of each other; but for those of cloth that is so
     /// flat that it cannot touch itself.
-    pub fn run(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64) {
+    pub fn run(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pool: &Pool) {
         self.margin = margin;
         self.ends.clone_from(&places.ends);
         self.asked.fill(true);
         self.further.clear();
-        surfaces.monotone.iter_mut().for_each(|monotone| monotone.run(places));
+        surfaces.monotone.iter_mut().for_each(|monotone| monotone.run(places, pool));
         let mut pairs = std::mem::take(&mut self.pairs);
-        self.search(surfaces, places, margin, &mut pairs);
+        self.search(surfaces, places, margin, &mut pairs, pool);
         self.pairs = pairs;
     }
 
-    /// Finds the pairs that come within a narrower `margin` [m] on a way with the same start: that are among the pairs of the first one
-    /// or, further ones, not. Pairs that were apart by the wide margin along an axis are so by the narrow one if what their ends have
-    /// moved since makes no difference.
-    pub fn run_again(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64) {
+    /// Finds the pairs that come within a narrower `margin` [m] on a way with the same start. Pairs that were apart by the wide margin
+    /// along an axis are so by the narrow one if what their ends have moved since makes no difference: those are not asked about, and
+    /// what the first way found of them is enough.
+    pub fn run_again(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pool: &Pool) {
         let near = 0.5 * (self.margin - margin);
         for ((asked, then), now) in self.asked.iter_mut().zip(&self.ends).zip(&places.ends) {
             *asked = then.distance_squared(*now) > near * near;
         }
         for (monotone, tree) in surfaces.monotone.iter_mut().zip(&surfaces.cloths) {
-            monotone.run_again(tree, places, |vertex| self.asked[vertex as usize] = true);
+            monotone.run_again(tree, places, pool, |vertex| self.asked[vertex as usize] = true);
         }
         let mut pairs = std::mem::take(&mut self.further);
-        self.search(surfaces, places, margin, &mut pairs);
+        self.search(surfaces, places, margin, &mut pairs, pool);
         self.further = pairs;
     }
 
-    /// Those of the first way that no further one makes needless, then the further ones.
-    pub fn all(&self) -> impl Iterator<Item = Pair> {
-        let asked = |pair: &Pair| pair.corners.iter().any(|&corner| self.asked[corner as usize]);
-        self.pairs.iter().copied().filter(move |pair| !asked(pair)).chain(self.further.iter().copied())
+    /// Whether the second way was asked about a pair.
+    pub fn is_asked(&self, pair: &Pair) -> bool {
+        pair.corners.iter().any(|&corner| self.asked[corner as usize])
     }
 
-    fn search(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pairs: &mut Vec<Pair>) {
-        let Self { asked, bounds, stack, met, .. } = self;
+    fn search(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pairs: &mut Vec<Pair>, pool: &Pool) {
+        let Self { asked, bounds, stack, met, parts, .. } = self;
         pairs.clear();
         let half = 0.5 * margin as f32;
-        for ((bounds, x), end) in bounds.iter_mut().zip(&places.x).zip(&places.ends) {
-            let ways = [x.as_vec3a(), end.as_vec3a()];
-            *bounds = Bounds::around(ways, ways.map(|place| half + ROUNDING * place.abs().max_element()));
-        }
+        for_each_chunk(bounds, pool, |first, bounds| {
+            for ((bounds, x), end) in bounds.iter_mut().zip(&places.x[first..]).zip(&places.ends[first..]) {
+                let ways = [x.as_vec3a(), end.as_vec3a()];
+                *bounds = Bounds::around(ways, ways.map(|place| half + ROUNDING * place.abs().max_element()));
+            }
+        });
         for tree in surfaces.cloths.iter_mut().chain(&mut surfaces.bodies) {
-            tree.refit(bounds, asked);
+            tree.refit(bounds, asked, pool);
         }
         let Surfaces { cloths, monotone, bodies, thick, skins, among_cloths, .. } = &*surfaces;
-        let mut found = Found { bounds, asked, met, pairs };
-        for (index, tree) in cloths.iter().enumerate() {
-            if *among_cloths {
-                tree.meet_itself(stack, |one, two| {
-                    if !monotone[index].spares(one, two) {
-                        found.within(tree, one, two);
-                    }
-                });
-                for other in &cloths[index + 1..] {
-                    tree.meet(other, stack, |one, two| found.between([tree, other], [one, two]));
+        let tree = |index: u32| match (index as usize).checked_sub(cloths.len()) {
+            None => &cloths[index as usize],
+            Some(body) => &bodies[body],
+        };
+        met.clear();
+        for index in 0..cloths.len() {
+            let others = if *among_cloths { index } else { cloths.len() }..cloths.len() + bodies.len();
+            for other in others {
+                let trees = [index as u32, other as u32];
+                let mut take = |one: &Leaf, two: &Leaf| met.push(Met { trees, leaves: [one.index, two.index] });
+                if other > index {
+                    cloths[index].meet(tree(trees[1]), stack, take);
+                } else {
+                    cloths[index].meet_itself(stack, |one, two| {
+                        if !monotone[index].spares(one, two) {
+                            take(one, two);
+                        }
+                    });
                 }
             }
-            for body in bodies {
-                tree.meet(body, stack, |one, two| found.between([tree, body], [one, two]));
+        }
+        let count = met.len().div_ceil(PART);
+        if parts.len() < count {
+            parts.resize_with(count, Part::default);
+        }
+        for_each_part(&mut parts[..count], met.len() * PART, pool, |index, Part { pairs, near }| {
+            pairs.clear();
+            let mut found = Found { bounds, asked, near, pairs };
+            for &Met { trees, leaves: [one, two] } in met[index * PART..].iter().take(PART) {
+                let [a, b] = trees.map(tree);
+                let leaves = [&a.leaves[one as usize], &b.leaves[two as usize]];
+                if trees[0] == trees[1] && one == two {
+                    found.within(a, leaves[0]);
+                } else {
+                    found.between([a, b], leaves);
+                }
             }
+        });
+        parts[..count].iter().for_each(|part| pairs.extend(&part.pairs));
+        let mut found = Found { bounds, asked, near: &mut Default::default(), pairs };
+        for tree in cloths {
             for thick in thick {
                 found.around(tree, thick.vertices.clone(), skins[thick.owner as usize].radius as f32);
             }
@@ -121,21 +167,18 @@ impl Detection {
 struct Found<'a> {
     bounds: &'a [Bounds],
     asked: &'a [bool],
-    met: &'a mut [Vec<u32>; 2],
+    near: &'a mut [Vec<u32>; 2],
     pairs: &'a mut Vec<Pair>,
 }
 
 impl Found<'_> {
-    /// Two leaves of one tree.
-    fn within(&mut self, tree: &Tree, one: &Leaf, two: &Leaf) {
-        if one.triangles != two.triangles {
-            return self.between([tree, tree], [one, two]);
+    /// A leaf with itself.
+    fn within(&mut self, tree: &Tree, leaf: &Leaf) {
+        for &vertex in &tree.vertices[range(leaf.vertices)] {
+            range(leaf.triangles).for_each(|triangle| self.point_and_triangle(vertex, tree, triangle));
         }
-        for &vertex in &tree.vertices[range(one.vertices)] {
-            range(one.triangles).for_each(|triangle| self.point_and_triangle(vertex, tree, triangle));
-        }
-        for edge in range(one.edges) {
-            for other in edge + 1..one.edges[1] as usize {
+        for edge in range(leaf.edges) {
+            for other in edge + 1..leaf.edges[1] as usize {
                 self.edges([tree, tree], [edge, other]);
             }
         }
@@ -144,28 +187,28 @@ impl Found<'_> {
     /// Two leaves of two trees, or of one.
     fn between(&mut self, trees: [&Tree; 2], leaves: [&Leaf; 2]) {
         let boxes = [0, 1].map(|side| trees[side].bounds_of(leaves[side]));
-        let mut met = std::mem::take(self.met);
+        let mut near = std::mem::take(self.near);
         for [this, that] in [[0, 1], [1, 0]] {
             let triangles = range(leaves[that].triangles);
             let nears = |triangle: &usize| trees[that].triangle_bounds[*triangle].meets(&boxes[this]);
-            met[0].clear();
-            met[0].extend(triangles.filter(nears).map(|triangle| triangle as u32));
+            near[0].clear();
+            near[0].extend(triangles.filter(nears).map(|triangle| triangle as u32));
             for &vertex in &trees[this].vertices[range(leaves[this].vertices)] {
                 if self.bounds[vertex as usize].meets(&boxes[that]) {
-                    met[0].iter().for_each(|&triangle| self.point_and_triangle(vertex, trees[that], triangle as usize));
+                    near[0].iter().for_each(|&triangle| self.point_and_triangle(vertex, trees[that], triangle as usize));
                 }
             }
         }
         for [this, that] in [[0, 1], [1, 0]] {
             let edges = range(leaves[this].edges);
             let nears = |edge: &usize| trees[this].edge_bounds[*edge].meets(&boxes[that]);
-            met[this].clear();
-            met[this].extend(edges.filter(nears).map(|edge| edge as u32));
+            near[this].clear();
+            near[this].extend(edges.filter(nears).map(|edge| edge as u32));
         }
-        for &edge in &met[0] {
-            met[1].iter().for_each(|&other| self.edges(trees, [edge as usize, other as usize]));
+        for &edge in &near[0] {
+            near[1].iter().for_each(|&other| self.edges(trees, [edge as usize, other as usize]));
         }
-        *self.met = met;
+        *self.near = near;
     }
 
     /// A thick vertex or edge, and a tree.

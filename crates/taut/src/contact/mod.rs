@@ -20,7 +20,7 @@ mod tree;
 
 use glam::DVec3;
 
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 pub use rows::Touching;
 pub(crate) use rows::{Obstacle, Rows};
@@ -87,20 +87,20 @@ impl Contact {
     }
 
     /// Finds what comes near on the way, and makes rows of it.
-    pub fn find_rows(&mut self) {
+    pub fn find_rows(&mut self, pool: &Pool) {
         let Self { surfaces, places, detection, rows, .. } = self;
         rows.clear();
-        detection.run(surfaces, places, surfaces.widest_margin());
-        rows.take_pairs(surfaces, places, &detection.pairs);
+        detection.run(surfaces, places, surfaces.widest_margin(), pool);
+        rows.take_pairs(surfaces, places, &detection.pairs, pool);
         rows.take_planes(surfaces, places);
         rows.sort();
     }
 
     /// Finds what would cross on the way, or come nearer than the floor, and how far it may go.
-    pub fn certify(&mut self) {
+    pub fn certify(&mut self, pool: &Pool) {
         let Self { surfaces, places, detection, cuts, .. } = self;
-        detection.run_again(surfaces, places, surfaces.widest_floor());
-        cuts.find(surfaces, places, detection.all());
+        detection.run_again(surfaces, places, surfaces.widest_floor(), pool);
+        cuts.find(surfaces, places, detection, pool);
     }
 
     /// What pushed cloth in the last step.

@@ -10,19 +10,21 @@ use glam::{DVec3, Vec2, Vec3};
 use super::Places;
 use super::charts::{Chart, Charts, Facet};
 use super::tree::{Leaf, Tree};
+use crate::geometry::{Pool, for_each_part};
 
 /// The least derivative along any line of a chart that is monotone [1].
 const LEAST: f32 = 0.2;
 /// Triangles in the cores of charts, at most: where a large chart bends too much small ones are asked.
 const CORES: [usize; 2] = [64, 16];
 
+/// Charts that a thread looks at together.
+const PART: usize = 32;
+
 /// Which charts of a surface are monotone in a step.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Monotone {
     /// Charts with large cores first.
     scales: Vec<Scale>,
-    /// Projected places of the vertices of a chart, at the start and at the end.
-    places: Vec<[Vec2; 2]>,
 }
 
 #[derive(Debug, Clone)]
@@ -30,7 +32,17 @@ struct Scale {
     charts: Charts,
     /// The chart of the scale before that has all leaves of a chart, if there is one: where that is monotone, this one need not be.
     within: Vec<Option<u32>>,
-    is_monotone: Vec<bool>,
+    parts: Vec<Part>,
+}
+
+/// Some charts, one after the other.
+#[derive(Debug, Clone, Default)]
+struct Part {
+    /// Which are monotone, and which were on the way before.
+    now: [bool; PART],
+    before: [bool; PART],
+    /// Projected places of the vertices of a chart, at the start and at the end.
+    places: Vec<[Vec2; 2]>,
 }
 
 impl Monotone {
@@ -47,53 +59,72 @@ impl Monotone {
                 own.iter().all(|leaf| all.binary_search(leaf).is_ok()).then_some(larger)
             };
             let within = charts.list.iter().map(within).collect();
-            scales.push(Scale { is_monotone: vec![false; charts.list.len()], charts, within });
+            let parts = vec![Part::default(); charts.list.len().div_ceil(PART)];
+            scales.push(Scale { charts, within, parts });
         }
-        Self { scales, places: Vec::new() }
+        Self { scales }
     }
 
     /// Finds out which are.
-    pub fn run(&mut self, places: &Places) {
-        for index in 0..self.scales.len() {
-            let (larger, scale) = self.scales.split_at_mut(index);
-            let Scale { charts, within, is_monotone } = &mut scale[0];
-            for ((is_monotone, chart), within) in is_monotone.iter_mut().zip(&charts.list).zip(within) {
-                let is_within = within.is_some_and(|chart| larger[index - 1].is_monotone[chart as usize]);
-                *is_monotone = is_within || !chart.leaves.is_empty() && holds(charts, chart, places, &mut self.places);
+    pub fn run(&mut self, places: &Places, pool: &Pool) {
+        for Part { now, .. } in self.scales.iter_mut().flat_map(|scale| &mut scale.parts) {
+            now.fill(true);
+        }
+        self.find(places, pool);
+    }
+
+    /// Finds out which of them still are on another way, and tells the vertices of those that are no longer.
+    pub fn run_again(&mut self, tree: &Tree, places: &Places, pool: &Pool, mut tell: impl FnMut(u32)) {
+        for Part { now, before, .. } in self.scales.iter_mut().flat_map(|scale| &mut scale.parts) {
+            *before = *now;
+        }
+        self.find(places, pool);
+        for Scale { charts, parts, .. } in &self.scales {
+            let are_lost = parts.iter().flat_map(|part| part.before.iter().zip(&part.now).map(|(before, now)| *before && !now));
+            for (chart, _) in charts.list.iter().zip(are_lost).filter(|(_, is_lost)| *is_lost) {
+                charts.leaves[chart.leaves.clone()].iter().for_each(|&leaf| tree.vertices_of(leaf).for_each(&mut tell));
             }
         }
     }
 
-    /// Finds out which still are on another way, and tells the vertices of those that are no longer.
-    pub fn run_again(&mut self, tree: &Tree, places: &Places, mut tell: impl FnMut(u32)) {
+    /// Finds out which of those that were monotone are.
+    fn find(&mut self, places: &Places, pool: &Pool) {
         for index in 0..self.scales.len() {
             let (larger, scale) = self.scales.split_at_mut(index);
-            let Scale { charts, within, is_monotone } = &mut scale[0];
-            for ((is_monotone, chart), within) in is_monotone.iter_mut().zip(&charts.list).zip(within) {
-                let is_within = within.is_some_and(|chart| larger[index - 1].is_monotone[chart as usize]);
-                if *is_monotone && !is_within && !holds(charts, chart, places, &mut self.places) {
-                    *is_monotone = false;
-                    let leaves = charts.leaves[chart.leaves.clone()].iter();
-                    leaves.for_each(|&leaf| tree.vertices_of(leaf).for_each(&mut tell));
+            let Scale { charts, within, parts } = &mut scale[0];
+            let is_within = |chart: usize| within[chart].is_some_and(|chart| larger[index - 1].is_monotone(chart));
+            for_each_part(parts, charts.facets.len(), pool, |part, Part { now, places: workspace, .. }| {
+                for (is_monotone, (chart, own)) in now.iter_mut().zip(charts.list.iter().enumerate().skip(part * PART)) {
+                    *is_monotone = *is_monotone && (is_within(chart) || holds(charts, own, places, workspace));
                 }
-            }
+            });
         }
     }
 
     /// Whether two leaves cannot touch each other, or one itself, as they are on a chart that is monotone.
     pub fn spares(&self, one: &Leaf, other: &Leaf) -> bool {
-        self.scales.iter().any(|Scale { charts, is_monotone, .. }| {
+        self.scales.iter().any(|scale| {
+            let charts = &scale.charts;
             [[one, other], [other, one]].into_iter().any(|[core, leaf]| {
                 let chart = charts.of_leaf[core.index as usize];
                 let leaves = charts.leaves_of(chart);
-                is_monotone[chart as usize] && [core, leaf].iter().all(|leaf| leaves.binary_search(&leaf.index).is_ok())
+                scale.is_monotone(chart) && [core, leaf].iter().all(|leaf| leaves.binary_search(&leaf.index).is_ok())
             })
         })
     }
 }
 
+impl Scale {
+    fn is_monotone(&self, chart: u32) -> bool {
+        self.parts[chart as usize / PART].now[chart as usize % PART]
+    }
+}
+
 /// Whether a chart is monotone at the start and at the end, over the plane that fits both.
 fn holds(charts: &Charts, chart: &Chart, places: &Places, flat: &mut Vec<[Vec2; 2]>) -> bool {
+    if chart.leaves.is_empty() {
+        return false;
+    }
     let vertices = &charts.vertices[chart.vertices.clone()];
     let origin = places.x[vertices[0].0 as usize];
     let of = |vertex: u32| [&places.x, &places.ends].map(|places| (places[vertex as usize] - origin).as_vec3());
@@ -180,13 +211,14 @@ mod tests {
     fn what_is_flat_is_spared_however_it_lies_and_what_is_folded_is_not() {
         let (rest, tree, mut monotone) = sheet();
         let turned: Vec<DVec3> = rest.iter().map(|place| DVec3::new(3.0 - place.y, 0.6 * place.x, 2.0 - 0.8 * place.x)).collect();
-        monotone.run(&places(turned.clone(), turned.iter().map(|place| *place + DVec3::new(0.1, 5.0, 0.0)).collect()));
+        monotone
+            .run(&places(turned.clone(), turned.iter().map(|place| *place + DVec3::new(0.1, 5.0, 0.0)).collect()), &Pool::new(1));
         let [neighbours, flat] = spared(&tree, &monotone);
         assert!(flat * 10 > neighbours * 7, "{flat} of {neighbours}");
         // Laid over along its middle, with a gap.
         let folded: Vec<DVec3> =
             rest.iter().map(|place| if place.x > 0.5 { DVec3::new(1.0 - place.x, place.y, 0.01) } else { *place }).collect();
-        monotone.run(&places(rest.clone(), folded));
+        monotone.run(&places(rest.clone(), folded), &Pool::new(1));
         for one in &tree.leaves {
             for other in &tree.leaves {
                 let side = |leaf: &Leaf| tree.vertices_of(leaf.index).map(|vertex| rest[vertex as usize].x);
@@ -195,19 +227,19 @@ mod tests {
             }
         }
         // A way on which it goes through itself: flat at both ends, but for a mirror.
-        monotone.run(&places(rest.clone(), rest.iter().map(|place| DVec3::new(-place.x, place.y, 0.0)).collect()));
+        monotone.run(&places(rest.clone(), rest.iter().map(|place| DVec3::new(-place.x, place.y, 0.0)).collect()), &Pool::new(1));
         assert_eq!(spared(&tree, &monotone)[1], 0);
     }
 
     #[test]
     fn what_has_been_spared_and_no_longer_is_gets_told() {
         let (rest, tree, mut monotone) = sheet();
-        monotone.run(&places(rest.clone(), rest.clone()));
+        monotone.run(&places(rest.clone(), rest.clone()), &Pool::new(1));
         let before = spared(&tree, &monotone)[1];
         let mut told = vec![false; rest.len()];
         let crumpled = rest.iter().map(|place| if place.x > 0.8 { DVec3::new(1.6 - place.x, place.y, 0.0) } else { *place });
         let crumpled = places(rest.clone(), crumpled.collect());
-        monotone.run_again(&tree, &crumpled, |vertex| told[vertex as usize] = true);
+        monotone.run_again(&tree, &crumpled, &Pool::new(1), |vertex| told[vertex as usize] = true);
         let after = spared(&tree, &monotone)[1];
         assert!(0 < after && after < before, "{after} of {before}");
         for one in &tree.leaves {
@@ -238,7 +270,7 @@ mod tests {
                 rest.iter().enumerate().map(of).collect::<Vec<_>>()
             });
             let then: Vec<DVec3> = x.iter().zip(&ends).map(|(from, to)| from.lerp(*to, time)).collect();
-            monotone.run(&places(x, ends));
+            monotone.run(&places(x, ends), &Pool::new(1));
             let triangles = |leaf: &Leaf| &tree.triangles[leaf.triangles[0] as usize..leaf.triangles[1] as usize];
             for one in &tree.leaves {
                 for other in tree.leaves.iter().filter(|other| monotone.spares(one, other)) {

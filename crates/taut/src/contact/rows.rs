@@ -15,6 +15,7 @@ use super::detect::Pair;
 use super::proximity::{Closest, Kind};
 use super::surfaces::{Owner, Surfaces};
 use super::{FLOOR, KEPT, MARGIN, MARGIN_OF_EDGES, NEAR, Places, RECOVERY};
+use crate::geometry::{CHUNK, Pool, for_each_part};
 use crate::model::{ClothRange, Model};
 pub use touching::Touching;
 
@@ -57,9 +58,16 @@ pub(crate) struct Obstacle {
     pub room: f32,
 }
 
-/// What a row asks for: so much distance along its normal, of which there is some at X [m].
-struct Demand {
+/// A row that is wanted.
+#[derive(Debug, Clone, Copy)]
+struct Wanted {
+    corners: [u32; 4],
+    parts: [f64; 4],
+    /// So many of the corners are those of the first feature.
+    split: usize,
+    owners: [Owner; 2],
     normal: DVec3,
+    /// The distance along the normal at X, and the one that is asked for [m].
     distance: f64,
     target: f64,
     /// What a turning body adds to the relative displacement along it [m].
@@ -79,6 +87,8 @@ pub(crate) struct Rows {
     /// Inverse masses of all vertices [1/kg].
     all_weights: Vec<f32>,
     particles: usize,
+    /// What parts of the pairs want.
+    parts: Vec<Vec<Wanted>>,
 }
 
 impl Rows {
@@ -92,6 +102,7 @@ impl Rows {
             weights: Vec::new(),
             all_weights: surfaces.weights.clone(),
             particles: model.particle_count(),
+            parts: Vec::new(),
         }
     }
 
@@ -114,45 +125,21 @@ impl Rows {
     }
 
     /// Makes rows of the pairs that are near, or come near along their normal.
-    pub fn take_pairs(&mut self, surfaces: &Surfaces, places: &Places, pairs: &[Pair]) {
-        for &Pair { kind, corners } in pairs {
-            let split = kind.split();
-            let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner as usize]);
-            let x = corners.map(|corner| places.x[corner as usize]);
-            let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
-            let thickness = surfaces.thickness(owners) * if are_near { NEAR } else { 1.0 };
-            if are_near {
-                // Most of the many that are joined are far from each other, and stay so.
-                let ends = corners.map(|corner| places.ends[corner as usize]);
-                let motion = Motion { kind, x, d: [0, 1, 2, 3].map(|end| ends[end] - x[end]) };
-                if motion.is_apart_along(motion.guess(), MARGIN * thickness) {
-                    continue;
-                }
-            }
-            let closest = Closest::new(kind, &x);
-            let length = closest.way.length();
-            // A point and a triangle stand for edges that are closest at an end; of capsules there are edges alone.
-            let radius = surfaces.radius(owners);
-            let of_edges = if radius > 0.0 { &closest.parts[..split] } else { &closest.parts };
-            if length <= 0.0 || kind == Kind::EdgeEdge && of_edges.contains(&0.0) {
-                continue;
-            }
-            let normal = closest.way / length;
-            let distance = length - radius;
-            let end: DVec3 = (0..4).map(|end| places.ends[corners[end] as usize] * closest.parts[end]).sum();
-            // Where two cloths lie on each other their vertices keep them apart; edges count where these do not.
-            let are_cloths = owners.iter().all(|&owner| (owner as usize) < surfaces.cloths.len());
-            let part = if kind == Kind::EdgeEdge && are_cloths && !are_near { MARGIN_OF_EDGES } else { MARGIN };
-            let margin = part * thickness;
-            if distance > margin && normal.dot(end) - radius > margin {
-                continue;
-            }
-            if is_nearest(surfaces, places, corners, &closest, split, normal) {
-                let target = target(thickness, distance);
-                let carried = carried(surfaces, places, owners, normal);
-                self.add(surfaces, (corners, closest.parts, split), Demand { normal, distance, target, carried }, owners);
-            }
+    pub fn take_pairs(&mut self, surfaces: &Surfaces, places: &Places, pairs: &[Pair], pool: &Pool) {
+        let mut parts = std::mem::take(&mut self.parts);
+        let count = pairs.len().div_ceil(CHUNK);
+        if parts.len() < count {
+            parts.resize_with(count, Vec::new);
         }
+        for_each_part(&mut parts[..count], pairs.len(), pool, |index, part| {
+            part.clear();
+            let pairs = pairs[index * CHUNK..].iter().take(CHUNK);
+            part.extend(pairs.filter_map(|&pair| Wanted::of(surfaces, places, pair)));
+        });
+        for wanted in parts[..count].iter().flatten() {
+            self.add(surfaces, wanted);
+        }
+        self.parts = parts;
     }
 
     /// The same of particles in front of planes.
@@ -165,10 +152,17 @@ impl Rows {
                 let distance = plane.normal.dot(places.x[particle] - from);
                 let margin = MARGIN * thickness;
                 if distance <= margin || plane.normal.dot(places.ends[particle] - to) <= margin {
-                    let corners = [particle as u32, plane.vertex, plane.vertex, plane.vertex];
-                    let target = target(thickness, distance);
-                    let demand = Demand { normal: plane.normal, distance, target, carried: DVec3::ZERO };
-                    self.add(surfaces, (corners, [1.0, -1.0, 0.0, 0.0], 1), demand, owners);
+                    let wanted = Wanted {
+                        corners: [particle as u32, plane.vertex, plane.vertex, plane.vertex],
+                        parts: [1.0, -1.0, 0.0, 0.0],
+                        split: 1,
+                        owners,
+                        normal: plane.normal,
+                        distance,
+                        target: target(thickness, distance),
+                        carried: DVec3::ZERO,
+                    };
+                    self.add(surfaces, &wanted);
                 }
             }
         }
@@ -190,25 +184,19 @@ impl Rows {
                     (closest.way.normalize_or_zero(), closest.parts)
                 }
             };
-            let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner as usize]);
+            let owners = surfaces.owners_of(cut.pair);
             let start: DVec3 = (0..4).map(|end| places.x[corners[end] as usize] * parts[end]).sum();
             let distance = normal.dot(start) - surfaces.radius(owners);
             let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
             let thickness = surfaces.thickness(owners) * if are_near { NEAR } else { 1.0 };
             let target = target(thickness, cut.distance);
             let carried = carried(surfaces, places, owners, normal);
-            self.add(surfaces, (corners, parts, split), Demand { normal, distance, target, carried }, owners);
+            self.add(surfaces, &Wanted { corners, parts, split, owners, normal, distance, target, carried });
         }
     }
 
-    /// Adds the row of corners with these parts, of which the first `split` are those of the first feature.
-    fn add(
-        &mut self,
-        surfaces: &Surfaces,
-        (corners, parts, split): ([u32; 4], [f64; 4], usize),
-        Demand { normal, distance, target, carried }: Demand,
-        owners: [Owner; 2],
-    ) {
+    fn add(&mut self, surfaces: &Surfaces, wanted: &Wanted) {
+        let Wanted { corners, parts, split, owners, normal, distance, target, carried } = *wanted;
         let thickness = surfaces.thickness(owners);
         let (mut key, mut ends, mut singles) = ([[NONE; 3]; 2], [0; 4], [0.0; 4]);
         let mut counts = [0; 2];
@@ -353,6 +341,48 @@ impl Rows {
         let rows = self.list.iter().filter(|row| row.push > 0.0);
         rows.flat_map(|row| (0..4).filter(|&end| row.parts[end] != 0.0).map(|end| self.vertices[row.ends[end] as usize] as usize))
             .filter(|&vertex| vertex < self.particles)
+    }
+}
+
+impl Wanted {
+    /// What a pair asks for, if it is near, or comes near.
+    fn of(surfaces: &Surfaces, places: &Places, pair: Pair) -> Option<Self> {
+        let Pair { kind, corners } = pair;
+        let split = kind.split();
+        let owners = surfaces.owners_of(pair);
+        let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
+        // Most pairs are far enough from each other, and stay so; of those that are joined nearly all.
+        let motion = Motion::of(places, pair);
+        let guess = motion.guess();
+        if motion.is_apart_along(guess, MARGIN * thickness + radius) {
+            return None;
+        }
+        let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
+        let thickness = thickness * if are_near { NEAR } else { 1.0 };
+        if are_near && motion.is_apart_along(guess, MARGIN * thickness) {
+            return None;
+        }
+        let closest = Closest::new(kind, &motion.x);
+        let length = closest.way.length();
+        // A point and a triangle stand for edges that are closest at an end; of capsules there are edges alone.
+        let of_edges = if radius > 0.0 { &closest.parts[..split] } else { &closest.parts };
+        if length <= 0.0 || kind == Kind::EdgeEdge && of_edges.contains(&0.0) {
+            return None;
+        }
+        let normal = closest.way / length;
+        let distance = length - radius;
+        let end: DVec3 = (0..4).map(|end| places.ends[corners[end] as usize] * closest.parts[end]).sum();
+        // Where two cloths lie on each other their vertices keep them apart; edges count where these do not.
+        let are_cloths = owners.iter().all(|&owner| (owner as usize) < surfaces.cloths.len());
+        let part = if kind == Kind::EdgeEdge && are_cloths && !are_near { MARGIN_OF_EDGES } else { MARGIN };
+        let margin = part * thickness;
+        if distance > margin && normal.dot(end) - radius > margin {
+            return None;
+        }
+        let target = target(thickness, distance);
+        let carried = carried(surfaces, places, owners, normal);
+        let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, target, carried };
+        is_nearest(surfaces, places, corners, &closest, split, normal).then_some(wanted)
     }
 }
 

@@ -12,7 +12,7 @@ use super::fill;
 use super::pierce::{above, pierces};
 use super::proximity::{Closest, Kind};
 use super::tree::{Bounds, Leaf, Tree};
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors};
 use crate::model::{Body, BodyShape, Model};
 
 /// So many places of each pair of things are kept, the first ones; all are counted.
@@ -162,7 +162,7 @@ impl Search<'_> {
         let x = self.x;
         let tree = |triangles: &[[u32; 3]]| {
             let mut tree = Tree::new(triangles, |vertex| x[vertex as usize].as_vec3());
-            tree.refit(&bounds, &all);
+            tree.refit(&bounds, &all, &Pool::new(1));
             tree
         };
         let cloths: Vec<Tree> = model

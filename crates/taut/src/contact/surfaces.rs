@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::detect::Pair;
 use super::monotone::Monotone;
 use super::tree::Tree;
 use super::{FLOOR, MARGIN};
@@ -145,6 +146,11 @@ impl Surfaces {
     /// The number of vertices.
     pub fn count(&self) -> usize {
         self.owners.len()
+    }
+
+    /// Whose the two features of a pair are.
+    pub fn owners_of(&self, Pair { kind, corners }: Pair) -> [Owner; 2] {
+        [corners[0], corners[kind.split()]].map(|corner| self.owners[corner as usize])
     }
 
     /// How far mid-surfaces of two owners are kept apart [m].

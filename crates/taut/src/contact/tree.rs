@@ -5,6 +5,8 @@ use std::ops::Range;
 
 use glam::{Vec3, Vec3A};
 
+use crate::geometry::{Pool, for_each_chunk};
+
 /// Triangles in a leaf, at most.
 const LEAF: usize = 8;
 
@@ -170,14 +172,19 @@ impl Tree {
     }
 
     /// Fits all boxes to those of the vertices. Where `asked` says so of no vertex of two nodes, they do not meet.
-    pub fn refit(&mut self, vertices: &[Bounds], asked: &[bool]) {
+    pub fn refit(&mut self, vertices: &[Bounds], asked: &[bool], pool: &Pool) {
         let of = |vertex: u32| vertices[vertex as usize];
-        for (bounds, &[a, b, c]) in self.triangle_bounds.iter_mut().zip(&self.triangles) {
-            *bounds = of(a).and(of(b)).and(of(c));
-        }
-        for (bounds, &[a, b]) in self.edge_bounds.iter_mut().zip(&self.edges) {
-            *bounds = of(a).and(of(b));
-        }
+        let Self { triangles, triangle_bounds, edges, edge_bounds, .. } = self;
+        for_each_chunk(triangle_bounds, pool, |first, bounds| {
+            for (bounds, &[a, b, c]) in bounds.iter_mut().zip(&triangles[first..]) {
+                *bounds = of(a).and(of(b)).and(of(c));
+            }
+        });
+        for_each_chunk(edge_bounds, pool, |first, bounds| {
+            for (bounds, &[a, b]) in bounds.iter_mut().zip(&edges[first..]) {
+                *bounds = of(a).and(of(b));
+            }
+        });
         for index in (0..self.nodes.len()).rev() {
             let (bounds, asked) = match self.nodes[index].leaf() {
                 Some(leaf) => {

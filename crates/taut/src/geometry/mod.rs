@@ -11,7 +11,7 @@ mod sine;
 mod vectors;
 
 pub use functions::{cbrt, exp2, hypot, power, turn, turn_about};
-pub use parallel::{CHUNK, Pool, for_each_chunk, for_each_two_chunks, sum_of_chunks, sum_over_chunks};
+pub use parallel::{CHUNK, Pool, for_each_chunk, for_each_part, for_each_two_chunks, sum_of_chunks, sum_over_chunks};
 pub use quads::{by_axis, by_vector, differences, fill_quads, roots};
 pub use registers::{Registers, RegistersError, arch, choose, lanes};
 pub use rows::{Block, LINE, Rows, fill_column, register, registers, set_registers};

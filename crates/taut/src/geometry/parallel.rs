@@ -105,6 +105,16 @@ fn wait_in_turn(threads: usize, done: &AtomicBool) {
     }
 }
 
+/// Calls `work` with the number of each part and the part, on the pool's threads where that pays for all `len` elements of the parts.
+pub fn for_each_part<T: Send>(parts: &mut [T], len: usize, pool: &Pool, work: impl Fn(usize, &mut T) + Sync) {
+    let each = |(index, part): (usize, &mut T)| work(index, part);
+    if pool.pays_for(len) {
+        parts.par_iter_mut().enumerate().with_max_len(1).for_each(each);
+    } else {
+        parts.iter_mut().enumerate().for_each(each);
+    }
+}
+
 /// Calls `work` with the first index and the elements of every chunk, on the pool's threads where that pays.
 pub fn for_each_chunk<T: Send>(items: &mut [T], pool: &Pool, work: impl Fn(usize, &mut [T]) + Sync) {
     let each = |(chunk, items): (usize, &mut [T])| work(chunk * CHUNK, items);

@@ -21,10 +21,8 @@ const ROUNDS: usize = 30;
 const ROUNDS_OF_REPAIR: usize = 6;
 /// .. and at least: what lies still is pushed, and held, in every step.
 const AT_LEAST: usize = 3;
-/// Sweeps over rows between two cycles.
-const SWEEPS: usize = 2;
 /// Coarse levels learn so often how much room rows have, in rounds.
-const RENEWED: usize = 3;
+const RENEWED: usize = 6;
 /// A body that was held back goes at most so much faster than its path [1], or a cell of the cloth in a step.
 const CATCHES_UP: f64 = 1.25;
 /// So often rows are made of what would cross.
@@ -114,7 +112,7 @@ impl Touch {
             }
         }
         self.contact.end(model, &state.origins, ends, &self.bodies);
-        self.contact.find_rows();
+        self.contact.find_rows(pool);
         self.contact.rows.load_bodies(&self.contact.places);
         limited.contacts = self.contact.rows.len() as u32;
         if !self.contact.rows.is_empty() {
@@ -135,7 +133,7 @@ impl Touch {
                 ..limited
             };
             self.contact.end(model, &state.origins, ends, &self.bodies);
-            self.contact.certify();
+            self.contact.certify(pool);
             if self.contact.cuts.list.is_empty() {
                 break;
             }
@@ -292,7 +290,7 @@ impl Touch {
                 unit.certify(stride, state, ends, None, pool);
             }
             self.contact.end(model, &state.origins, ends, &self.bodies);
-            self.contact.certify();
+            self.contact.certify(pool);
             if self.contact.cuts.list.is_empty() {
                 return lost(model, &before, ends, all);
             }
@@ -322,7 +320,7 @@ impl WhereIs {
 
     /// Projects rows, and tells the levels.
     fn sweep(&self, rows: &mut Rows, units: &mut [Unit]) {
-        (0..SWEEPS).for_each(|_| rows.sweep());
+        rows.sweep();
         rows.scatter(|particle, way| {
             if let Some((unit, own)) = self.of(particle) {
                 units[unit].levels_mut().shift(own, way);
