@@ -41,7 +41,7 @@ def test_what_is_left_out_is_filled_in_and_reads_the_same_again() -> None:
     scene = Scene(with_body(sphere={"center": [0, 0, 1], "radius": 0.5}))
     body = scene.document["body"][0]
     assert (body["name"], body["friction"], body["thickness"]) == ("body0", 0.3, 0.001)
-    assert scene.document["contact"] == {"self": False}
+    assert scene.document["contact"] == {"self": False, "untangle": True}
     assert scene.document["cloth"][0]["thickness"] > 0 and scene.document["cloth"][0]["friction"] == 0.3
     assert Scene(json.loads(scene.to_json())).to_json() == scene.to_json()
 
@@ -162,7 +162,7 @@ def test_filters_without_contact_are_refused(filter_: str) -> None:
 def test_the_fields_are_those_of_the_schema() -> None:
     assert {"Body", "Sphere", "Capsule", "Cuboid", "Plane", "Turn", "Contact"} <= set(tables())
     assert {"box", "move", "motion"} <= {field.name for field in fields("Body")}
-    assert [field.name for field in fields("Contact")] == ["self"]
+    assert [field.name for field in fields("Contact")] == ["self", "untangle"]
 
 
 @pytest.mark.parametrize("kind", ["outwards", "inwards", "open"])

@@ -99,7 +99,8 @@ def test_a_warning_names_both_things_the_first_place_and_a_remedy() -> None:
     for words in (
         "scene.cloth[0] (sheet) is inside of body[0] (ball) at the start: 392 places, the first at [",
         " m near vertex ",
-        " m deep; contact takes no crossing back: move one of them away, or let the body come with `move`",
+        " m deep; contact brings it apart in the first frames; if that does not end: move one of them away,"
+        " or let the body come with `move`",
     ):
         assert words in warning
 

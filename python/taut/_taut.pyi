@@ -64,6 +64,7 @@ class Report(TypedDict):
     contact_cuts: int
     """Steps that were shortened where something would have crossed something else."""
     closest: float
+    penetrations: int
     """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
     repaired_momentum: list[float]
     """What rounding took from the momentum of free cloths, and was given back, summed over the steps

@@ -47,6 +47,8 @@ class Report:
     """Steps that were shortened where something would have crossed something else [1]."""
     closest: float
     """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
+    penetrations: int
+    """Places where something intersected at the start of the last step, while that is brought apart [1]."""
     kinetic_energy: float
     """At the end of the call [J]."""
     elastic_energy: float

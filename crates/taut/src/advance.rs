@@ -44,6 +44,8 @@ pub struct Summary {
     pub contact_cuts: u64,
     /// The least distance that the steps found between what touches [m]; none if nothing was near.
     pub closest: Option<f64>,
+    /// Places where something intersected at the start of the last step, while that is brought apart.
+    pub penetrations: u32,
     /// The momentum that rounding took from free cloths, and that was given back, summed over the steps [kg m/s].
     pub repaired_momentum: DVec3,
 }
@@ -167,6 +169,7 @@ impl Summary {
         self.contacts += u64::from(report.limited.contacts);
         self.contact_cuts += u64::from(report.limited.contact_cuts);
         self.closest = [self.closest, report.limited.closest].into_iter().flatten().reduce(f64::min);
+        self.penetrations = report.limited.penetrations;
         self.lost_motion = self.lost_motion.max(report.limited.lost_motion);
         self.mean_lost_motion += (report.limited.lost_motion - self.mean_lost_motion) / self.steps as f64;
     }

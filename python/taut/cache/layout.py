@@ -74,6 +74,7 @@ DIAGNOSTICS: dict[str, str] = {
     "contacts": "int64",
     "contact_cuts": "int32",
     "closest": "float64",
+    "penetrations": "int32",
     "kinetic_energy": "float64",
     "elastic_energy": "float64",
     "potential_energy": "float64",
@@ -82,7 +83,7 @@ DIAGNOSTICS: dict[str, str] = {
 }
 """Type of each array in the group ``diagnostics``, shape (frames,): :class:`taut.cache.Frame`'s numbers."""
 
-ADDED: dict[str, float] = {"contacts": 0, "contact_cuts": 0, "closest": float("inf")}
+ADDED: dict[str, float] = {"contacts": 0, "contact_cuts": 0, "closest": float("inf"), "penetrations": 0}
 """Those of them that caches without contact lack, and what they stand for there in every frame."""
 
 SERIES: dict[str, str] = {"time": "float64"} | {

@@ -62,6 +62,8 @@ class Summary:
     """Steps that were shortened where something would have crossed something else [1]."""
     closest: float
     """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
+    penetrations: int
+    """Places where something still intersected in the last frame [1]."""
     kinetic_energy: float
     """In the last frame [J]."""
     elastic_energy: float
@@ -113,6 +115,7 @@ def summarize(cache: Cache) -> Summary:
         contacts=int(numbers["contacts"].sum()),
         contact_cuts=int(numbers["contact_cuts"].sum()),
         closest=float(np.min(numbers["closest"])),
+        penetrations=int(numbers["penetrations"][-1]),
         kinetic_energy=float(numbers["kinetic_energy"][-1]),
         elastic_energy=float(numbers["elastic_energy"][-1]),
         potential_energy=float(numbers["potential_energy"][-1]),

@@ -124,7 +124,8 @@ def _contact(summary: Summary) -> str:
     steps = max(1, (summary.frames - 1) * summary.substeps)
     nearest = f", {1e3 * summary.closest:.3g} mm at the nearest" if math.isfinite(summary.closest) else ""
     cuts = f"{summary.contact_cuts} of {steps} steps shortened"
-    return f"{summary.contacts / steps:.0f} pairs a step{nearest}, {cuts}"
+    left = f", {summary.penetrations} places still intersect" if summary.penetrations else ""
+    return f"{summary.contacts / steps:.0f} pairs a step{nearest}, {cuts}{left}"
 
 
 def _speed(summary: Summary) -> str:

@@ -4,7 +4,8 @@
 //! thick edge, so that whole triangles stay outside of them and not their vertices alone; boxes and other bodies are surfaces like
 //! cloth; a plane bounds a half-space. Where cloth is nearly flat it cannot touch itself (charts.rs, monotone.rs). Other pairs that come
 //! near (tree.rs, detect.rs) become rows, half-spaces that a filter keeps displacements in (rows.rs); what a step ends with is certified
-//! to be free of crossings on all of its way (certificate.rs). What intersects at the start is told (start.rs).
+//! to be free of crossings on all of its way (certificate.rs). What intersects at the start is told (start.rs), and brought apart in the
+//! first steps (untangle/).
 
 mod certificate;
 mod charts;
@@ -17,6 +18,7 @@ mod rows;
 mod start;
 mod surfaces;
 mod tree;
+mod untangle;
 
 use glam::DVec3;
 
@@ -26,6 +28,7 @@ pub use rows::Touching;
 pub(crate) use rows::{Obstacle, Rows};
 pub use start::{Fault, Intersection, Intersections, Meeting, Other};
 use surfaces::Surfaces;
+use untangle::Tangle;
 
 /// The floor of the certificate, as a part of the thickness between two things [1]: what is left between them at least.
 const FLOOR: f64 = 0.1;
@@ -56,6 +59,7 @@ pub(crate) struct Contact {
     detection: detect::Detection,
     pub rows: Rows,
     pub cuts: certificate::Cuts,
+    tangle: Tangle,
 }
 
 impl Contact {
@@ -72,6 +76,7 @@ impl Contact {
             detection: detect::Detection::new(all),
             rows: Rows::new(model, &surfaces),
             cuts: certificate::Cuts::new(all),
+            tangle: Tangle::new(model, &surfaces),
             surfaces,
         })
     }
@@ -86,20 +91,45 @@ impl Contact {
         fill(&mut self.places.ends, model, origins, ends, bodies);
     }
 
+    /// Looks for what intersects where a step of so many seconds starts, if it may, and brings it apart in this step. Returns at how many
+    /// places it does.
+    pub fn untangle(&mut self, may_cross: bool, step: f64) -> usize {
+        let Self { surfaces, places, tangle, .. } = self;
+        if may_cross {
+            return tangle.look(surfaces, &places.x, step);
+        }
+        tangle.rest();
+        0
+    }
+
+    /// How far a step brings apart what intersects [m]; none where nothing does.
+    pub fn brings_apart(&self) -> Option<f64> {
+        self.tangle.most()
+    }
+
+    /// Takes from velocities what brings intersecting things apart in a step of so many seconds.
+    pub fn calm(&self, velocities: &mut Vectors, step: f64) {
+        let d = |vertex: usize| self.places.ends[vertex] - self.places.x[vertex];
+        self.tangle.calm(&self.surfaces, velocities, d, step);
+    }
+
     /// Finds what comes near on the way, and makes rows of it.
     pub fn find_rows(&mut self, pool: &Pool) {
-        let Self { surfaces, places, detection, rows, .. } = self;
+        let Self { surfaces, places, detection, rows, tangle, .. } = self;
         rows.clear();
         detection.run(surfaces, places, surfaces.widest_margin(), pool);
+        tangle.spare(surfaces, &mut detection.pairs);
         rows.take_pairs(surfaces, places, &detection.pairs, pool);
         rows.take_planes(surfaces, places);
+        rows.take_asked(surfaces, tangle.asked());
         rows.sort();
     }
 
     /// Finds what would cross on the way, or come nearer than the floor, and how far it may go.
     pub fn certify(&mut self, pool: &Pool) {
-        let Self { surfaces, places, detection, cuts, .. } = self;
+        let Self { surfaces, places, detection, cuts, tangle, .. } = self;
         detection.run_again(surfaces, places, surfaces.widest_floor(), pool);
+        tangle.spare(surfaces, &mut detection.further);
         cuts.find(surfaces, places, detection, pool);
     }
 

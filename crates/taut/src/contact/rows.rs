@@ -14,6 +14,7 @@ use super::crossing::Motion;
 use super::detect::Pair;
 use super::proximity::{Closest, Kind};
 use super::surfaces::{Owner, Surfaces};
+use super::untangle::Asked;
 use super::{FLOOR, KEPT, MARGIN, MARGIN_OF_EDGES, NEAR, Places, RECOVERY};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 use crate::model::{ClothRange, Model};
@@ -165,6 +166,16 @@ impl Rows {
                     self.add(surfaces, &wanted);
                 }
             }
+        }
+    }
+
+    /// Makes rows of what brings intersecting things apart, without friction.
+    pub fn take_asked(&mut self, surfaces: &Surfaces, list: &[Asked]) {
+        for &Asked { corners, parts, split, normal, push } in list {
+            let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner as usize]);
+            let wanted = Wanted { corners, parts, split, owners, normal, distance: 0.0, target: push, carried: DVec3::ZERO };
+            self.add(surfaces, &wanted);
+            self.list.last_mut().into_iter().for_each(|row| row.friction = 0.0);
         }
     }
 

@@ -128,10 +128,14 @@ impl Intersections {
             } else {
                 "move one of them away"
             };
+            let then = if model.contact.untangles {
+                "contact brings it apart in the first frames; if that does not end"
+            } else {
+                "contact takes no crossing back"
+            };
             let places = if *count == 1 { "1 place".to_owned() } else { format!("{count} places") };
             format!(
-                "{cloth} {how} {other} at the start: {places}, the first at [{x}, {y}, {z}] m near vertex {}{deep}; contact takes no \
-                 crossing back: {remedy}",
+                "{cloth} {how} {other} at the start: {places}, the first at [{x}, {y}, {z}] m near vertex {}{deep}; {then}: {remedy}",
                 first.vertex
             )
         })
@@ -321,12 +325,12 @@ impl Search<'_> {
 }
 
 /// A box around all that is `radius` from a place [m], with room for rounding.
-fn around(place: DVec3, radius: f64) -> Bounds {
+pub(super) fn around(place: DVec3, radius: f64) -> Bounds {
     let place = place.as_vec3a();
     Bounds::around([place; 2], [radius as f32 * (1.0 + f32::EPSILON) + ROUNDING * place.abs().max_element(); 2])
 }
 
-fn range([from, to]: [u32; 2]) -> std::ops::Range<usize> {
+pub(super) fn range([from, to]: [u32; 2]) -> std::ops::Range<usize> {
     from as usize..to as usize
 }
 
@@ -351,7 +355,7 @@ fn nearest([from, to]: [DVec3; 2], triangle: [DVec3; 3]) -> (f64, DVec3) {
 }
 
 /// Whether a surface has no border: each edge belongs to an even number of triangles.
-fn is_closed(triangles: &[[u32; 3]]) -> bool {
+pub(super) fn is_closed(triangles: &[[u32; 3]]) -> bool {
     let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
     sides.sort_unstable();

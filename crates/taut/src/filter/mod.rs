@@ -33,6 +33,8 @@ pub struct Limited {
     pub contact_cuts: u32,
     /// The least distance at the start of the step of what touches [m]; none if nothing is near.
     pub closest: Option<f64>,
+    /// Places where something intersected at the start of the step, while that is brought apart.
+    pub penetrations: u32,
 }
 
 impl Limited {
@@ -47,6 +49,7 @@ impl Limited {
             contacts: self.contacts + other.contacts,
             contact_cuts: self.contact_cuts + other.contact_cuts,
             closest: [self.closest, other.closest].into_iter().flatten().reduce(f64::min),
+            penetrations: self.penetrations.max(other.penetrations),
         }
     }
 }
@@ -101,7 +104,7 @@ pub fn admit(stride: Stride<'_>, state: &mut State, filter: &mut Filter, pool: &
     if model.solver.filter != FilterKind::CoarseToFine {
         return;
     }
-    let mut start = State { origins: state.origins.clone(), ..State::new(model) };
+    let mut start = State { origins: state.origins.clone(), may_cross: false, ..State::new(model) };
     filter.strain_limit.apply(stride, &mut start, &mut state.positions, pool);
     state.past = Past::none(model);
 }

@@ -10,6 +10,8 @@ pub struct ContactSettings {
     pub is_on: bool,
     /// Whether cloths touch themselves and each other.
     pub among_cloths: bool,
+    /// Whether what intersects at the start is brought apart.
+    pub untangles: bool,
     /// The sides of each cloth.
     pub cloths: Vec<Side>,
     /// The mean length of the springs of the cloth with the shortest ones [m]: how far bodies go in a part of a step.
@@ -23,12 +25,14 @@ pub struct Side {
     pub thickness: f64,
     /// Coulomb's coefficient [1].
     pub friction: f64,
+    /// Of two cloths that intersect the one with the higher layer belongs outside.
+    pub layer: u32,
 }
 
 impl ContactSettings {
     /// Those of a scene.
     pub(super) fn of(scene: &Scene, cloths: &[ClothRange], springs: &Springs) -> Self {
-        let side = |cloth: &Cloth| Side { thickness: cloth.thickness(), friction: cloth.friction() };
+        let side = |cloth: &Cloth| Side { thickness: cloth.thickness(), friction: cloth.friction(), layer: cloth.layer };
         let mean = |cloth: &ClothRange| {
             let lengths = &springs.rest[cloth.springs.clone()];
             let sum: f64 = lengths.iter().map(|&length| f64::from(length)).sum();
@@ -37,6 +41,7 @@ impl ContactSettings {
         Self {
             is_on: scene.has_contact(),
             among_cloths: scene.self_contact(),
+            untangles: scene.has_contact() && scene.untangles(),
             cloths: scene.cloth.iter().map(side).collect(),
             cell: cloths.iter().map(mean).fold(f64::INFINITY, f64::min),
         }

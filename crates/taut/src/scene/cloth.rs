@@ -72,6 +72,9 @@ pub struct Cloth {
     /// Coulomb's coefficient of the friction of cloth on cloth [1]; 0.3 when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
+    /// Of two cloths that intersect at the start, the one with the higher layer is brought to the outside [1]; those of one layer go each to the side where most of it is.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub layer: u32,
     /// What is held.
     pub pins: Vec<Pin>,
     /// What hangs on it: extra masses, which the air does not see.
@@ -106,6 +109,7 @@ impl Default for Cloth {
             friction_coefficient: 0.0,
             thickness: None,
             friction: None,
+            layer: 0,
             pins: Vec::new(),
             weights: Vec::new(),
         }
@@ -282,4 +286,10 @@ impl Default for PointMass {
     fn default() -> Self {
         Self::One(0.001)
     }
+}
+
+/// Layers are told where there are any.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_zero(layer: &u32) -> bool {
+    *layer == 0
 }

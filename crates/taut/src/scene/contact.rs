@@ -11,6 +11,8 @@ use super::{Cloth, FilterKind, Scene, SceneError};
 const THINNEST: f64 = 1e-6;
 /// Coulomb's coefficient of the friction of cloth on cloth [1], where a scene gives none.
 const FRICTION: f64 = 0.3;
+/// More layers of cloth than this on one another are a mistake.
+const OUTERMOST: u32 = 1000;
 
 /// What cloths collide with besides bodies.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -19,6 +21,9 @@ pub struct Contact {
     /// Whether cloths collide with themselves and with each other (true, false); when left out they do as soon as one of them is given a `thickness`.
     #[serde(rename = "self", skip_serializing_if = "Option::is_none")]
     pub self_contact: Option<bool>,
+    /// Whether what intersects at the start is brought apart in the first frames (true, false): cloth inside of bodies goes out of them, of two cloths that cross the one with the higher `layer` to the outside; true when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub untangle: Option<bool>,
 }
 
 impl Scene {
@@ -36,12 +41,18 @@ impl Scene {
         said.unwrap_or_else(|| self.cloth.iter().any(|cloth| cloth.thickness.is_some()))
     }
 
+    /// Whether what intersects at the start is brought apart: unless `contact.untangle` says no.
+    #[must_use]
+    pub fn untangles(&self) -> bool {
+        self.contact.as_ref().and_then(|contact| contact.untangle).unwrap_or(true)
+    }
+
     /// Writes out what was left to a default. Scenes in which nothing collides stay as they are.
     pub(super) fn fill_in_contact(&mut self) {
         let collides = self.has_contact();
         if self.contact.is_some() || collides {
             // First, as cloths without a given thickness are about to have one.
-            self.contact = Some(Contact { self_contact: Some(self.self_contact()) });
+            self.contact = Some(Contact { self_contact: Some(self.self_contact()), untangle: Some(self.untangles()) });
         }
         if collides {
             for cloth in &mut self.cloth {
@@ -69,6 +80,7 @@ impl Cloth {
 /// Refuses a thickness or a friction out of range.
 pub(super) fn check_cloth(at: &str, cloth: &Cloth) -> Check {
     within(&format!("{at}.thickness"), cloth.thickness(), THINNEST, THICKEST, "0.001")?;
+    within(&format!("{at}.layer"), f64::from(cloth.layer), 0.0, f64::from(OUTERMOST), "1")?;
     constant(&format!("{at}.friction"), cloth.friction(), ROUGHEST, "0.3")
 }
 

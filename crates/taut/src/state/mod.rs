@@ -36,6 +36,9 @@ pub struct State {
     pub offsets: Vec<Offset>,
     /// Where the vertices of bodies are, in the world [m].
     pub bodies: Vec<DVec3>,
+    /// Whether anything may intersect, and steps look for it: from a start, or from a state from elsewhere, until a step finds nothing.
+    /// Where nothing does, it makes no difference but time.
+    pub may_cross: bool,
 }
 
 /// How calm a cloth is, as its strain limit finds it.
@@ -158,6 +161,7 @@ impl State {
             calm,
             offsets,
             bodies: model.bodies.rest.clone(),
+            may_cross: model.contact.untangles,
         }
     }
 
@@ -219,6 +223,7 @@ impl State {
         self.calm.clone_from(&other.calm);
         self.offsets.clone_from(&other.offsets);
         self.bodies.clone_from(&other.bodies);
+        self.may_cross = other.may_cross;
     }
 
     /// The state with its vectors in the order of the user's vertices.
@@ -238,8 +243,8 @@ impl State {
         let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
         let [positions, velocities, motion] = [&self.positions, &self.velocities, &self.motion].map(order);
         let (origins, calm, offsets) = (self.origins.clone(), self.calm.clone(), self.offsets.clone());
-        let bodies = self.bodies.clone();
-        Self { origins, positions, velocities, motion, clock: self.clock, past, calm, offsets, bodies }
+        let (bodies, may_cross) = (self.bodies.clone(), self.may_cross);
+        Self { origins, positions, velocities, motion, clock: self.clock, past, calm, offsets, bodies, may_cross }
     }
 
     /// XXH3 hash of all local positions, then all velocities of the motion and then the memory, if any, of particles and of

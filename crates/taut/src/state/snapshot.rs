@@ -28,8 +28,8 @@ pub enum SnapshotError {
 
 impl State {
     /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
-    /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies, held particles,
-    /// hands, moved pins, moved bodies, XXH3 of all these.
+    /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies, whether
+    /// anything may intersect, held particles, hands, moved pins, moved bodies, XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(128 + 36 * self.positions.len() + 24 * self.past.gains.len());
@@ -48,6 +48,7 @@ impl State {
         }
         bytes.extend(self.offsets.iter().flat_map(Offset::numbers).flat_map(f64::to_le_bytes));
         bytes.extend(self.bodies.iter().flat_map(|place| place.to_array()).flat_map(f64::to_le_bytes));
+        bytes.push(u8::from(self.may_cross));
         bytes.extend((grips.particles().len() as u64).to_le_bytes());
         for (particle, Target { place, arrival }) in grips.held() {
             bytes.extend(particle.to_le_bytes());
@@ -117,6 +118,7 @@ impl Reader<'_> {
         for place in &mut state.bodies {
             *place = self.place()?;
         }
+        state.may_cross = self.take::<1>()? != [0];
         let mut grips = Grips::default();
         for _ in 0..self.whole()? {
             let particle = self.particle(count)?;

@@ -7,6 +7,7 @@
 
 mod certificate;
 mod direct;
+mod ease;
 mod finish;
 mod general;
 mod impulse;

@@ -7,6 +7,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::ease;
 use super::unit::{Descent, Unit};
 use crate::contact::{Contact, Obstacle, Rows};
 use crate::filter::Limited;
@@ -106,6 +107,8 @@ impl Touch {
         }
         // 1
         self.contact.start(model, &state.origins, &state.positions, &state.bodies);
+        limited.penetrations = self.contact.untangle(state.may_cross, stride.plan.length) as u32;
+        state.may_cross = limited.penetrations > 0;
         for particle in 0..ends.len() {
             if let Some((unit, own)) = self.where_is.of(particle) {
                 ends.set(particle, state.positions.get(particle) + units[unit].levels().displacement(own));
@@ -247,8 +250,12 @@ impl Touch {
                 state.velocities.set(particle, state.velocities.get(particle) + further);
             }
         }
+        self.contact.calm(&mut state.velocities, stride.plan.length);
         for ((unit, descent), left) in units.iter().zip(&self.descents).zip(&self.left_of_energy) {
             unit.brake(stride, state, ends, *left, descent);
+        }
+        if let Some(most) = self.contact.brings_apart() {
+            units.iter().for_each(|unit| ease::ease(stride, unit.cloth(), state, &self.proposed, ends, most));
         }
         for (unit, descent) in units.iter_mut().zip(&self.descents).filter(|(_, descent)| is_needed(descent)) {
             let frame = if touches { None } else { descent.frame };
