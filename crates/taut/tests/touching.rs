@@ -64,11 +64,12 @@ fn normals_point_from_a_ball_to_the_cloth_on_it() {
     let ball = json!({ "name": "ball", "sphere": { "center": [0.5, 0.5, -0.5], "radius": 0.48 }, "friction": 0.3 });
     let mut run = simulation(&ball, 0.005, json!([]));
     run.steps(200);
-    let found = touches(&run.state, &run.work);
+    // In its folds it may touch itself.
+    let found: Vec<Touch> = touches(&run.state, &run.work).into_iter().filter(|touch| touch.body == Some(0)).collect();
     assert!(found.len() > 5, "{}", found.len());
-    for Touch { place, normal, body, .. } in found {
+    for Touch { place, normal, .. } in found {
         let out = place - DVec3::new(0.5, 0.5, -0.5);
-        assert!(body == Some(0) && normal.dot(out.normalize()) > 0.99, "{normal} at {place}");
+        assert!(normal.dot(out.normalize()) > 0.99, "{normal} at {place}");
         assert!((out.length() - 0.48).abs() < 0.01, "{place}");
     }
 }

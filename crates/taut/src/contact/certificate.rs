@@ -12,6 +12,9 @@ use super::surfaces::Surfaces;
 use super::{FLOOR, KEPT, Places};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 
+/// What is shortened goes at most this part of its way [1]: what is allowed may be so nearly all that nothing would change.
+const SHORTER: f64 = 0.95;
+
 /// A pair that would come too near.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cut {
@@ -103,7 +106,7 @@ impl Cuts {
                 if *factor == 1.0 {
                     self.shortened.push(vertex);
                 }
-                *factor = factor.min(cut.allowed * part);
+                *factor = factor.min(cut.allowed.min(SHORTER) * part);
             }
         }
     }

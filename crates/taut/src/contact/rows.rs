@@ -5,23 +5,24 @@
 //! back the tangential displacement `sum_i s_i D_i` of the step by an impulse of at most mu times that of the row, so that what sticks
 //! does so for ever.
 
+mod near;
 mod touching;
+mod wanted;
 
 use glam::{DVec3, Vec3};
 
 use super::certificate::Cuts;
-use super::crossing::Motion;
 use super::detect::Pair;
-use super::proximity::{Closest, Kind};
-use super::surfaces::{Owner, Surfaces};
+use super::proximity::Closest;
+use super::surfaces::Surfaces;
 use super::untangle::Asked;
-use super::{FLOOR, KEPT, MARGIN, MARGIN_OF_EDGES, NEAR, Places, RECOVERY};
+use super::{FLOOR, KEPT, MARGIN, NEAR, Places};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 use crate::model::{ClothRange, Model};
+use near::Near;
 pub use touching::Touching;
+use wanted::{Wanted, carried, is_near, target};
 
-/// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
-const NEARER: f64 = 0.25;
 /// Rows that lack no more than this part of what lies between their target and the floor are as good as kept [1].
 const GOOD: f64 = 0.25;
 const NONE: u32 = u32::MAX;
@@ -59,22 +60,6 @@ pub(crate) struct Obstacle {
     pub room: f32,
 }
 
-/// A row that is wanted.
-#[derive(Debug, Clone, Copy)]
-struct Wanted {
-    corners: [u32; 4],
-    parts: [f64; 4],
-    /// So many of the corners are those of the first feature.
-    split: usize,
-    owners: [Owner; 2],
-    normal: DVec3,
-    /// The distance along the normal at X, and the one that is asked for [m].
-    distance: f64,
-    target: f64,
-    /// What a turning body adds to the relative displacement along it [m].
-    carried: DVec3,
-}
-
 /// The rows of a step.
 pub(crate) struct Rows {
     list: Vec<Row>,
@@ -90,6 +75,7 @@ pub(crate) struct Rows {
     particles: usize,
     /// What parts of the pairs want.
     parts: Vec<Vec<Wanted>>,
+    near: Near,
 }
 
 impl Rows {
@@ -104,6 +90,7 @@ impl Rows {
             all_weights: surfaces.weights.clone(),
             particles: model.particle_count(),
             parts: Vec::new(),
+            near: Near::default(),
         }
     }
 
@@ -274,51 +261,42 @@ impl Rows {
 
     /// Takes the displacements that particles have so far [m].
     pub fn gather(&mut self, displacement: impl Fn(usize) -> Vec3) {
-        for ((d, before), &vertex) in self.d.iter_mut().zip(&mut self.before).zip(&self.vertices) {
-            if (vertex as usize) < self.particles {
-                *d = displacement(vertex as usize);
-            }
-            *before = *d;
-        }
+        self.take(0..self.vertices.len(), displacement);
     }
 
     /// Tells which particles have moved since, and how far [m].
-    pub fn scatter(&self, mut shift: impl FnMut(usize, Vec3)) {
-        for ((d, before), &vertex) in self.d.iter().zip(&self.before).zip(&self.vertices) {
-            if d != before {
-                shift(vertex as usize, *d - *before);
+    pub fn scatter(&self, shift: impl FnMut(usize, Vec3)) {
+        self.tell(0..self.vertices.len(), shift);
+    }
+
+    fn take(&mut self, locals: impl Iterator<Item = usize>, displacement: impl Fn(usize) -> Vec3) {
+        for local in locals {
+            let vertex = self.vertices[local] as usize;
+            if vertex < self.particles {
+                self.d[local] = displacement(vertex);
             }
+            self.before[local] = self.d[local];
+        }
+    }
+
+    fn tell(&self, locals: impl Iterator<Item = usize>, mut shift: impl FnMut(usize, Vec3)) {
+        for local in locals.filter(|&local| self.d[local] != self.before[local]) {
+            shift(self.vertices[local] as usize, self.d[local] - self.before[local]);
         }
     }
 
     /// Projects all rows.
     pub fn sweep(&mut self) {
-        let Self { list, d, weights, .. } = self;
-        for row in list {
-            let ends = row.ends.map(|end| end as usize);
-            let relative: Vec3 = (0..4).map(|end| d[ends[end]] * row.parts[end]).sum();
-            let along = row.normal.dot(relative);
-            // What other rows and the springs have done since may make a part of its push needless.
-            let pushed = (row.push - (row.gap + along) * row.give).max(0.0) - row.push;
-            row.push += pushed;
-            let mut impulse = row.normal * pushed;
-            if row.push > 0.0 && row.friction > 0.0 {
-                let sideways = relative - row.normal * along + row.carried;
-                let hold = (row.hold - sideways * row.give).clamp_length_max(row.friction * row.push);
-                impulse += hold - row.hold;
-                row.hold = hold;
-            }
-            if impulse != Vec3::ZERO {
-                for end in 0..4 {
-                    d[ends[end]] += impulse * (row.parts[end] * weights[ends[end]]);
-                }
-            }
-        }
+        self.list.iter_mut().for_each(|row| row.project(&mut self.d, &self.weights));
     }
 
     /// Whether all rows are as good as kept.
     pub fn are_kept(&self) -> bool {
-        self.list.iter().all(|row| row.give == 0.0 || self.gap(row) >= -row.slack)
+        self.list.iter().all(|row| self.is_kept(row))
+    }
+
+    fn is_kept(&self, row: &Row) -> bool {
+        row.give == 0.0 || self.gap(row) >= -row.slack
     }
 
     /// The distance beyond the target now [m].
@@ -355,94 +333,31 @@ impl Rows {
     }
 }
 
-impl Wanted {
-    /// What a pair asks for, if it is near, or comes near.
-    fn of(surfaces: &Surfaces, places: &Places, pair: Pair) -> Option<Self> {
-        let Pair { kind, corners } = pair;
-        let split = kind.split();
-        let owners = surfaces.owners_of(pair);
-        let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
-        // Most pairs are far enough from each other, and stay so; of those that are joined nearly all.
-        let motion = Motion::of(places, pair);
-        let guess = motion.guess();
-        if motion.is_apart_along(guess, MARGIN * thickness + radius) {
-            return None;
-        }
-        let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
-        let thickness = thickness * if are_near { NEAR } else { 1.0 };
-        if are_near && motion.is_apart_along(guess, MARGIN * thickness) {
-            return None;
-        }
-        let closest = Closest::new(kind, &motion.x);
-        let length = closest.way.length();
-        // A point and a triangle stand for edges that are closest at an end; of capsules there are edges alone.
-        let of_edges = if radius > 0.0 { &closest.parts[..split] } else { &closest.parts };
-        if length <= 0.0 || kind == Kind::EdgeEdge && of_edges.contains(&0.0) {
-            return None;
-        }
-        let normal = closest.way / length;
-        let distance = length - radius;
-        let end: DVec3 = (0..4).map(|end| places.ends[corners[end] as usize] * closest.parts[end]).sum();
-        // Where two cloths lie on each other their vertices keep them apart; edges count where these do not.
-        let are_cloths = owners.iter().all(|&owner| (owner as usize) < surfaces.cloths.len());
-        let part = if kind == Kind::EdgeEdge && are_cloths && !are_near { MARGIN_OF_EDGES } else { MARGIN };
-        let margin = part * thickness;
-        if distance > margin && normal.dot(end) - radius > margin {
-            return None;
-        }
-        let target = target(thickness, distance);
-        let carried = carried(surfaces, places, owners, normal);
-        let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, target, carried };
-        is_nearest(surfaces, places, corners, &closest, split, normal).then_some(wanted)
+impl Row {
+    /// The places in the workspace of its vertices.
+    fn locals(&self) -> impl Iterator<Item = usize> {
+        self.ends.into_iter().zip(self.parts).filter(|(_, part)| *part != 0.0).map(|(end, _)| end as usize)
     }
-}
 
-/// What the turn of a ball or a capsule adds to the relative displacement of two features: its surface is that far from its vertices. The
-/// normal points to the first of the two, whichever is the body: either way the place on the surface is one radius along or against it.
-fn carried(surfaces: &Surfaces, places: &Places, owners: [Owner; 2], normal: DVec3) -> DVec3 {
-    let cloths = surfaces.cloths.len();
-    let of = |owner: Owner| match (owner as usize).checked_sub(cloths) {
-        Some(body) => places.turns[body].cross(normal) * -surfaces.skins[owner as usize].radius,
-        None => DVec3::ZERO,
-    };
-    owners.into_iter().map(of).sum()
-}
-
-/// How far a row brings two features apart [m].
-fn target(thickness: f64, distance: f64) -> f64 {
-    thickness.min(distance + RECOVERY * thickness)
-}
-
-/// Whether features of one surface are joined by so few edges that they cannot keep its thickness.
-fn is_near(surfaces: &Surfaces, corners: [u32; 4], split: usize) -> bool {
-    let (one, other) = corners.split_at(split);
-    one.iter().any(|&a| other.iter().any(|&b| surfaces.are_near(a, b)))
-}
-
-/// Whether no neighbour of either feature is nearer to the other along the normal.
-fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: &Closest, split: usize, normal: DVec3) -> bool {
-    let side = |range: std::ops::Range<usize>, toward: DVec3| {
-        let counts = range.filter(|&end| closest.parts[end] != 0.0);
-        let mut vertices = [NONE; 3];
-        let (mut count, mut point) = (0, DVec3::ZERO);
-        for end in counts {
-            vertices[count] = corners[end];
-            count += 1;
-            point += places.x[corners[end] as usize] * closest.parts[end].abs();
+    /// Projects it.
+    fn project(&mut self, d: &mut [Vec3], weights: &[f32]) {
+        let ends = self.ends.map(|end| end as usize);
+        let relative: Vec3 = (0..4).map(|end| d[ends[end]] * self.parts[end]).sum();
+        let along = self.normal.dot(relative);
+        // What other rows and the springs have done since may make a part of its push needless.
+        let pushed = (self.push - (self.gap + along) * self.give).max(0.0) - self.push;
+        self.push += pushed;
+        let mut impulse = self.normal * pushed;
+        if self.push > 0.0 && self.friction > 0.0 {
+            let sideways = relative - self.normal * along + self.carried;
+            let hold = (self.hold - sideways * self.give).clamp_length_max(self.friction * self.push);
+            impulse += hold - self.hold;
+            self.hold = hold;
         }
-        let is_nearer = |vertex: u32| {
-            let way = places.x[vertex as usize] - point;
-            toward.dot(way) > NEARER * way.length()
-        };
-        match count {
-            1 => !surfaces.ring.of(vertices[0] as usize).iter().any(|&other| is_nearer(other)),
-            2 => {
-                let other = surfaces.ring.of(vertices[1] as usize);
-                let both = |vertex: &&u32| other.binary_search(vertex).is_ok();
-                !surfaces.ring.of(vertices[0] as usize).iter().filter(both).any(|&vertex| is_nearer(vertex))
+        if impulse != Vec3::ZERO {
+            for end in 0..4 {
+                d[ends[end]] += impulse * (self.parts[end] * weights[ends[end]]);
             }
-            _ => true,
         }
-    };
-    side(0..split, -normal) && side(split..4, normal)
+    }
 }

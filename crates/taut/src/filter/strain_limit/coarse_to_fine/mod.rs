@@ -13,6 +13,7 @@ mod general;
 mod impulse;
 mod interior;
 mod lattice;
+mod local;
 mod motion;
 mod patch;
 mod queue;

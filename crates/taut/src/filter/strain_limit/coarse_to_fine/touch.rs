@@ -22,12 +22,15 @@ const ROUNDS: usize = 30;
 const ROUNDS_OF_REPAIR: usize = 6;
 /// .. and at least: what lies still is pushed, and held, in every step.
 const AT_LEAST: usize = 3;
+/// Where no more than this part of the rows are not kept [1], they and the springs around them are swept so often by themselves.
+const FEW: f32 = 0.02;
+const LOCAL_SWEEPS: usize = 8;
 /// Coarse levels learn so often how much room rows have, in rounds.
 const RENEWED: usize = 6;
 /// A body that was held back goes at most so much faster than its path [1], or a cell of the cloth in a step.
 const CATCHES_UP: f64 = 1.25;
 /// So often rows are made of what would cross.
-const REPAIRS: usize = 2;
+const REPAIRS: usize = 4;
 /// So often a step is shortened where it would cross something; from some round on by half as much again, and then everything stays.
 const SHORTENED: usize = 12;
 const HALVED: usize = 6;
@@ -180,6 +183,8 @@ impl Touch {
     /// Sweeps over rows and springs in turn, until springs are short enough and rows are kept.
     fn solve(&mut self, units: &mut [Unit], model: &Model, rounds: usize, pool: &Pool) {
         let Self { contact, where_is, obstacles, descents, .. } = self;
+        // What brings intersecting things apart may contradict itself.
+        let may_agree = contact.brings_apart().is_none();
         let rows = &mut contact.rows;
         if rows.is_empty() {
             for (unit, descent) in units.iter_mut().zip(descents).filter(|(_, descent)| descent.is_needed) {
@@ -193,6 +198,9 @@ impl Touch {
             where_is.gather(rows, units);
             if round >= AT_LEAST && descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
                 return;
+            }
+            if may_agree {
+                where_is.agree(rows, units, model);
             }
             // Single springs and rows agree among themselves before coarse levels join in.
             where_is.sweep(rows, units);
@@ -320,19 +328,44 @@ impl WhereIs {
         (unit != NONE).then_some((unit as usize, own as usize))
     }
 
+    fn displacement(&self, units: &[Unit], particle: usize) -> Vec3 {
+        self.of(particle).map_or(Vec3::ZERO, |(unit, own)| units[unit].levels().displacement(own))
+    }
+
+    fn shift(&self, units: &mut [Unit], particle: usize, way: Vec3) {
+        if let Some((unit, own)) = self.of(particle) {
+            units[unit].levels_mut().shift(own, way);
+        }
+    }
+
     /// Gives rows the displacements that the levels have.
     fn gather(&self, rows: &mut Rows, units: &[Unit]) {
-        rows.gather(|particle| self.of(particle).map_or(Vec3::ZERO, |(unit, own)| units[unit].levels().displacement(own)));
+        rows.gather(|particle| self.displacement(units, particle));
+    }
+
+    /// Has the few rows that are not kept and the springs around them agree, where these alone keep a cloth from going on.
+    fn agree(&self, rows: &mut Rows, units: &mut [Unit], model: &Model) {
+        if !rows.find_unkept((FEW * rows.len() as f32) as usize + 1) {
+            return;
+        }
+        for (index, unit) in units.iter_mut().enumerate() {
+            unit.gather_around(
+                rows.near_particles().filter(|&particle| self.of(particle).is_some_and(|(unit, _)| unit == index)),
+            );
+        }
+        for _ in 0..LOCAL_SWEEPS {
+            rows.gather_near(|particle| self.displacement(units, particle));
+            rows.sweep_near();
+            rows.scatter_near(|particle, way| self.shift(units, particle, way));
+            units.iter_mut().for_each(|unit| unit.smooth_around(model));
+        }
+        self.gather(rows, units);
     }
 
     /// Projects rows, and tells the levels.
     fn sweep(&self, rows: &mut Rows, units: &mut [Unit]) {
         rows.sweep();
-        rows.scatter(|particle, way| {
-            if let Some((unit, own)) = self.of(particle) {
-                units[unit].levels_mut().shift(own, way);
-            }
-        });
+        rows.scatter(|particle, way| self.shift(units, particle, way));
     }
 }
 

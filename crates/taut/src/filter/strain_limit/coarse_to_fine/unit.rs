@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::certificate::Certificate;
 use super::direct::Direct;
 use super::finish::Finish;
+use super::local::Local;
 use super::patch::Patch;
 use super::*;
 use crate::state::Stretch;
@@ -18,6 +19,7 @@ pub(super) struct Unit {
     levels: Box<dyn Levels>,
     finish: Finish,
     patch: Patch,
+    local: Local,
     /// Made when it is asked for the first time: most cloths never do.
     direct: Option<Direct>,
     may_solve: bool,
@@ -81,6 +83,7 @@ impl Unit {
             certificate: Certificate::new(model, cloth),
             finish: Finish::new(model, cloth),
             patch: Patch::new(cloth.count),
+            local: Local::new(cloth.count),
             direct: None,
             may_solve: cloth.springs.len() <= if is_heavy { SMALL_IF_HEAVY } else { SMALL },
             is_small: cloth.springs.len() <= SMALL,
@@ -197,6 +200,18 @@ impl Unit {
         let left = self.levels.smooth(descent.enough, pool);
         descent.worst = left.worst;
         descent.is_done = left.worst <= descent.enough;
+    }
+
+    /// Takes what is around some of its particles ..
+    pub fn gather_around(&mut self, particles: impl Iterator<Item = usize>) {
+        let first = self.cloth.first;
+        self.local.gather(particles.map(|particle| particle - first), self.finish.around());
+    }
+
+    /// .. and sweeps the springs there.
+    pub fn smooth_around(&mut self, model: &Model) {
+        let (aim, weights) = (1.0 - self.levels.back_off(), &model.particles.inverse_mass[self.cloth.particles()]);
+        self.local.sweep(&mut *self.levels, self.finish.around(), weights, aim);
     }
 
     /// Hands the corrected ends of what touches something out: that may give it energy and momentum. Returns the part of the kinetic

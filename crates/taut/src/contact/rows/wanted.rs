@@ -1,0 +1,121 @@
+//! Which pairs want rows.
+
+use glam::DVec3;
+
+use super::super::crossing::Motion;
+use super::super::detect::Pair;
+use super::super::proximity::{Closest, Kind};
+use super::super::surfaces::{Owner, Surfaces};
+use super::super::{MARGIN, MARGIN_OF_EDGES, NEAR, Places, RECOVERY};
+use super::NONE;
+
+/// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
+const NEARER: f64 = 0.25;
+
+/// A row that is wanted.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    pub corners: [u32; 4],
+    pub parts: [f64; 4],
+    /// So many of the corners are those of the first feature.
+    pub split: usize,
+    pub owners: [Owner; 2],
+    pub normal: DVec3,
+    /// The distance along the normal at X, and the one that is asked for [m].
+    pub distance: f64,
+    pub target: f64,
+    /// What a turning body adds to the relative displacement along it [m].
+    pub carried: DVec3,
+}
+
+impl Wanted {
+    /// What a pair asks for, if it is near, or comes near.
+    pub fn of(surfaces: &Surfaces, places: &Places, pair: Pair) -> Option<Self> {
+        let Pair { kind, corners } = pair;
+        let split = kind.split();
+        let owners = surfaces.owners_of(pair);
+        let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
+        // Most pairs are far enough from each other, and stay so; of those that are joined nearly all.
+        let motion = Motion::of(places, pair);
+        let guess = motion.guess();
+        if motion.is_apart_along(guess, MARGIN * thickness + radius) {
+            return None;
+        }
+        let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
+        let thickness = thickness * if are_near { NEAR } else { 1.0 };
+        if are_near && motion.is_apart_along(guess, MARGIN * thickness) {
+            return None;
+        }
+        let closest = Closest::new(kind, &motion.x);
+        let length = closest.way.length();
+        // A point and a triangle stand for edges that are closest at an end; of capsules there are edges alone.
+        let of_edges = if radius > 0.0 { &closest.parts[..split] } else { &closest.parts };
+        if length <= 0.0 || kind == Kind::EdgeEdge && of_edges.contains(&0.0) {
+            return None;
+        }
+        let normal = closest.way / length;
+        let distance = length - radius;
+        let end: DVec3 = (0..4).map(|end| places.ends[corners[end] as usize] * closest.parts[end]).sum();
+        // Where two cloths lie on each other their vertices keep them apart; edges count where these do not.
+        let are_cloths = owners.iter().all(|&owner| (owner as usize) < surfaces.cloths.len());
+        let part = if kind == Kind::EdgeEdge && are_cloths && !are_near { MARGIN_OF_EDGES } else { MARGIN };
+        let margin = part * thickness;
+        if distance > margin && normal.dot(end) - radius > margin {
+            return None;
+        }
+        let target = target(thickness, distance);
+        let carried = carried(surfaces, places, owners, normal);
+        let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, target, carried };
+        is_nearest(surfaces, places, corners, &closest, split, normal).then_some(wanted)
+    }
+}
+
+/// What the turn of a ball or a capsule adds to the relative displacement of two features: its surface is that far from its vertices. The
+/// normal points to the first of the two, whichever is the body: either way the place on the surface is one radius along or against it.
+pub(super) fn carried(surfaces: &Surfaces, places: &Places, owners: [Owner; 2], normal: DVec3) -> DVec3 {
+    let cloths = surfaces.cloths.len();
+    let of = |owner: Owner| match (owner as usize).checked_sub(cloths) {
+        Some(body) => places.turns[body].cross(normal) * -surfaces.skins[owner as usize].radius,
+        None => DVec3::ZERO,
+    };
+    owners.into_iter().map(of).sum()
+}
+
+/// How far a row brings two features apart [m].
+pub(super) fn target(thickness: f64, distance: f64) -> f64 {
+    thickness.min(distance + RECOVERY * thickness)
+}
+
+/// Whether features of one surface are joined by so few edges that they cannot keep its thickness.
+pub(super) fn is_near(surfaces: &Surfaces, corners: [u32; 4], split: usize) -> bool {
+    let (one, other) = corners.split_at(split);
+    one.iter().any(|&a| other.iter().any(|&b| surfaces.are_near(a, b)))
+}
+
+/// Whether no neighbour of either feature is nearer to the other along the normal.
+fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: &Closest, split: usize, normal: DVec3) -> bool {
+    let side = |range: std::ops::Range<usize>, toward: DVec3| {
+        let counts = range.filter(|&end| closest.parts[end] != 0.0);
+        let mut vertices = [NONE; 3];
+        let (mut count, mut point) = (0, DVec3::ZERO);
+        for end in counts {
+            vertices[count] = corners[end];
+            count += 1;
+            point += places.x[corners[end] as usize] * closest.parts[end].abs();
+        }
+        let is_nearer = |vertex: u32| {
+            let way = places.x[vertex as usize] - point;
+            toward.dot(way) > NEARER * way.length()
+        };
+        match count {
+            1 => !surfaces.ring.of(vertices[0] as usize).iter().any(|&other| is_nearer(other)),
+            2 => {
+                let other = surfaces.ring.of(vertices[1] as usize);
+                let both = |vertex: &&u32| other.binary_search(vertex).is_ok();
+                !surfaces.ring.of(vertices[0] as usize).iter().filter(both).any(|&vertex| is_nearer(vertex))
+            }
+            _ => true,
+        }
+    };
+    side(0..split, -normal) && side(split..4, normal)
+}
