@@ -145,7 +145,7 @@ def without_contact(path: Path, folder: Path) -> Path:
     document = json.loads((old / "zarr.json").read_bytes())
     nodes = document["consolidated_metadata"]["metadata"]
     gone = ["bodies", *(f"bodies/{name}" for name in ("rest", "faces", "positions"))]
-    gone += [f"diagnostics/{name}" for name in ("contacts", "contact_cuts", "closest", "penetrations")]
+    gone += [f"diagnostics/{name}" for name in layout.ADDED]
     for name in gone:
         nodes.pop(name, None)
         shutil.rmtree(old / name, ignore_errors=True)
@@ -171,9 +171,9 @@ def test_a_run_goes_on_in_a_cache_from_before_contact(
     path = tmp_path / "old.zarr"
     with monkeypatch.context() as before:
         for name in ("DIAGNOSTICS", "SERIES"):
-            kept = {key: kind for key, kind in getattr(layout, name).items() if "conta" not in key}
-            kept = {key: kind for key, kind in kept.items() if "closest" not in key}
-            before.setattr(layout, name, {k: kind for k, kind in kept.items() if "penetrations" not in k})
+            kept = getattr(layout, name).items()
+            added = layout.ADDED
+            before.setattr(layout, name, {k: kind for k, kind in kept if k.split("/")[-1] not in added})
         before.setattr(layout, "GROWING", (*layout.SERIES, "velocities", "positions"))
         record(Simulation(Scene(flag)), path, frames=10)
     assert not (path / "diagnostics/contacts").exists()

@@ -53,6 +53,7 @@ class Report(TypedDict):
     cuts: int
     """Times that the certificate had to shorten the step of a cloth to keep its limit."""
     held_back_pins: int
+    held_back_bodies: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow."""
     lost_motion: float
     """Largest part of its motion that the certificate, or the bound on the kinetic energy, took from a cloth

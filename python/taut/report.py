@@ -36,6 +36,9 @@ class Report:
     """Times that the certificate had to shorten the step of a cloth to keep its limit [1]."""
     held_back_pins: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow [1]."""
+    held_back_bodies: int
+    """Bodies that ended behind their paths, since cloth was pressed between them and something else; summed
+    over the steps [1]."""
     lost_motion: float
     """Largest part of its motion that the certificate, or the bound on the kinetic energy, took from a
     cloth in a step [1]: 0 where nothing was cut, 1 where it stopped the cloth."""

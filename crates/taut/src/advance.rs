@@ -42,6 +42,9 @@ pub struct Summary {
     pub contacts: u64,
     /// Steps that were shortened where something would have crossed something else.
     pub contact_cuts: u64,
+    /// Bodies that ended behind their paths, since what is pressed between them and other things could not go out of their way; summed
+    /// over the steps.
+    pub held_back_bodies: u64,
     /// The least distance that the steps found between what touches [m]; none if nothing was near.
     pub closest: Option<f64>,
     /// Places where something intersected at the start of the last step, while that is brought apart.
@@ -165,6 +168,7 @@ impl Summary {
         self.sweeps += u64::from(report.limited.sweeps);
         self.cuts += u64::from(report.limited.cuts);
         self.held_back_pins += u64::from(report.limited.held_back_pins);
+        self.held_back_bodies += u64::from(report.limited.held_back_bodies);
         self.repaired_momentum += report.repaired;
         self.contacts += u64::from(report.limited.contacts);
         self.contact_cuts += u64::from(report.limited.contact_cuts);

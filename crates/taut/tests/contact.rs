@@ -353,3 +353,20 @@ proptest! {
         run(&mut sheet, 36, |_| ());
     }
 }
+
+#[test]
+fn a_body_that_presses_cloth_onto_another_is_held_back_and_told() {
+    // A box comes down on a sheet on the floor, to a place at which there would be no room for it.
+    for (down, is_held_back) in [(-0.15, false), (-0.2, true)] {
+        let press = json!({
+            "box": { "center": [0.0, 0.0, 0.3], "size": [0.3, 0.3, 0.2] }, "thickness": 0.001, "move": [[0.1, [0, 0, 0]], [0.6, [0, 0, down]]],
+        });
+        let mesh = sheet(10, |u, v| DVec3::new(0.4 * u - 0.2, 0.4 * v - 0.2, 0.004));
+        let mut sheet = simulation(json!({ "body": [floor(), press] }), cloth(), mesh);
+        run(&mut sheet, 60, |_| ());
+        let report = sheet.steps(1);
+        assert_eq!(report.held_back_bodies > 0, is_held_back, "{report:?}");
+        let bottom = sheet.state.bodies[2..].iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
+        assert!(bottom > 0.0, "the cloth is between the box and the floor: {bottom}");
+    }
+}

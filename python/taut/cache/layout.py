@@ -69,6 +69,7 @@ DIAGNOSTICS: dict[str, str] = {
     "sweeps": "int64",
     "cuts": "int32",
     "held_back_pins": "int32",
+    "held_back_bodies": "int32",
     "lost_motion": "float64",
     "mean_lost_motion": "float64",
     "contacts": "int64",
@@ -83,7 +84,13 @@ DIAGNOSTICS: dict[str, str] = {
 }
 """Type of each array in the group ``diagnostics``, shape (frames,): :class:`taut.cache.Frame`'s numbers."""
 
-ADDED: dict[str, float] = {"contacts": 0, "contact_cuts": 0, "closest": float("inf"), "penetrations": 0}
+ADDED: dict[str, float] = {
+    "held_back_bodies": 0,
+    "contacts": 0,
+    "contact_cuts": 0,
+    "closest": float("inf"),
+    "penetrations": 0,
+}
 """Those of them that caches without contact lack, and what they stand for there in every frame."""
 
 SERIES: dict[str, str] = {"time": "float64"} | {

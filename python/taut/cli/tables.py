@@ -124,8 +124,9 @@ def _contact(summary: Summary) -> str:
     steps = max(1, (summary.frames - 1) * summary.substeps)
     nearest = f", {1e3 * summary.closest:.3g} mm at the nearest" if math.isfinite(summary.closest) else ""
     cuts = f"{summary.contact_cuts} of {steps} steps shortened"
+    held = f", bodies held back {summary.held_back_bodies} times" if summary.held_back_bodies else ""
     left = f", {summary.penetrations} places still intersect" if summary.penetrations else ""
-    return f"{summary.contacts / steps:.0f} pairs a step{nearest}, {cuts}{left}"
+    return f"{summary.contacts / steps:.0f} pairs a step{nearest}, {cuts}{held}{left}"
 
 
 def _speed(summary: Summary) -> str:

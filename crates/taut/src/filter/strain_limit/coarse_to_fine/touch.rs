@@ -156,8 +156,16 @@ impl Touch {
         }
         limited.sweeps = self.descents.iter().map(|descent| descent.sweeps).sum();
         limited.closest = Some(self.contact.cuts.closest).filter(|closest| closest.is_finite());
+        limited.held_back_bodies = self.held_back_bodies(stride, state);
         state.bodies.clone_from(&self.bodies);
         limited
+    }
+
+    /// How many bodies are behind their paths.
+    fn held_back_bodies(&mut self, Stride { model, inputs, plan }: Stride<'_>, state: &State) -> u32 {
+        inputs.bodies.places(&model.bodies, state.clock.next(plan.length).time(), &mut self.path);
+        let is_behind = |vertices: std::ops::Range<usize>| self.bodies[vertices.clone()] != self.path[vertices];
+        model.bodies.list.iter().filter(|body| is_behind(body.vertices.clone())).count() as u32
     }
 
     /// Says where bodies go. One that has been held back comes after its path, little faster than that moves.
