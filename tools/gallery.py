@@ -22,6 +22,9 @@ STILLS = {
     "curtain": 200,
     "cape": 150,
     "net": 100,
+    "box-corner": 60,
+    "twist": 250,
+    "skirt-walk": 150,
 }
 """Frame of each scene's still."""
 COMPARED = {"one-corner"}
