@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::oracle::pierces;
 use common::{Built, crooked, mesh_scene, model};
 use glam::DVec3;
 use proptest::prelude::*;
@@ -167,7 +168,7 @@ fn places_are_in_the_world_and_of_any_moment() {
     assert_eq!(Intersections::find(&built, &origins, &raised, &built.bodies.rest).count, 0);
 }
 
-/// How many pairs of an edge and a triangle, one of the cloth and the other not, intersect (Moller & Trumbore 1997).
+/// How many pairs of an edge and a triangle, one of the cloth and the other not, intersect.
 fn crossings(built: &Built) -> usize {
     let of_cloth: Vec<DVec3> = built.particles.rest.iter().map(|place| place.as_dvec3() + built.origins[0].at).collect();
     let sides = |triangles: &[[u32; 3]]| {
@@ -179,17 +180,7 @@ fn crossings(built: &Built) -> usize {
     };
     let count = |x: &[DVec3], edges: &[[u32; 3]], y: &[DVec3], triangles: &[[u32; 3]]| {
         let pairs = sides(edges).into_iter().flat_map(|edge| triangles.iter().map(move |triangle| (edge, triangle)));
-        pairs
-            .filter(|(edge, corners)| {
-                let ([p, q], [a, b, c]) = (edge.map(|end| x[end as usize]), corners.map(|corner| y[corner as usize]));
-                let (way, e1, e2) = (q - p, b - a, c - a);
-                let h = way.cross(e2);
-                let (det, s) = (e1.dot(h), p - a);
-                let (u, k) = (s.dot(h) / det, s.cross(e1));
-                let (v, t) = (way.dot(k) / det, e2.dot(k) / det);
-                det.abs() > 1e-18 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && (0.0..=1.0).contains(&t)
-            })
-            .count()
+        pairs.filter(|(edge, corners)| pierces(edge.map(|end| x[end as usize]), corners.map(|corner| y[corner as usize]))).count()
     };
     let (x, y) = (&of_cloth, &built.bodies.rest);
     count(x, &built.triangles, y, &built.bodies.triangles) + count(y, &built.bodies.triangles, x, &built.triangles)
