@@ -52,10 +52,12 @@ pub(super) struct Charts {
 /// The surface that charts are made of.
 struct Surface<'a> {
     tree: &'a Tree,
-    /// The triangles along each edge.
-    sides: BTreeMap<[u32; 2], Vec<u32>>,
-    /// The leaves of the triangles around each vertex.
-    touching: BTreeMap<u32, BTreeSet<u32>>,
+    /// Edges with the triangles along them, in rising order.
+    sides: Vec<([u32; 2], u32)>,
+    /// Vertices with the leaves of the triangles around them, in rising order.
+    touching: Vec<(u32, u32)>,
+    /// The leaf of each triangle.
+    leaf_of: Vec<u32>,
     place: &'a dyn Fn(u32) -> DVec3,
 }
 
@@ -75,19 +77,20 @@ impl Plane {
 impl Charts {
     /// The charts of a tree over triangles whose cores have at most so many; `place` is where a vertex is at rest.
     pub fn new(tree: &Tree, place: impl Fn(u32) -> DVec3, most: usize) -> Self {
-        let mut sides: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
-        for (index, &[a, b, c]) in (0..).zip(&tree.triangles) {
-            for [p, q] in [[a, b], [b, c], [c, a]] {
-                sides.entry([p.min(q), p.max(q)]).or_default().push(index);
-            }
-        }
-        let mut touching: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+        let edges = (0..)
+            .zip(&tree.triangles)
+            .flat_map(|(index, &[a, b, c])| [[a, b], [b, c], [c, a]].map(|[p, q]| ([p.min(q), p.max(q)], index)));
+        let mut sides: Vec<([u32; 2], u32)> = edges.collect();
+        sides.sort_unstable();
+        let mut leaf_of = vec![0; tree.triangles.len()];
+        let mut touching = Vec::new();
         for leaf in &tree.leaves {
-            for &vertex in tree.triangles[leaf.triangles[0] as usize..leaf.triangles[1] as usize].as_flattened() {
-                touching.entry(vertex).or_default().insert(leaf.index);
-            }
+            leaf_of[leaf.triangles[0] as usize..leaf.triangles[1] as usize].fill(leaf.index);
+            touching.extend(tree.vertices_of(leaf.index).map(|vertex| (vertex, leaf.index)));
         }
-        let surface = Surface { tree, sides, touching, place: &place };
+        touching.sort_unstable();
+        touching.dedup();
+        let surface = Surface { tree, sides, touching, leaf_of, place: &place };
         let mut charts = Self { of_leaf: vec![0; tree.leaves.len()], ..Self::default() };
         for core in tree.runs(most) {
             charts.of_leaf[core.clone()].fill(charts.list.len() as u32);
@@ -120,7 +123,7 @@ impl Charts {
         let size = (domain[2] - domain[0]).length();
         let triangles = surface.around(&own, &domain, &plane);
         // Borders bound the domain.
-        for (&[p, q], &inner) in triangles.iter().flat_map(|&triangle| surface.borders(triangle)) {
+        for ([p, q], inner) in triangles.iter().flat_map(|&triangle| surface.borders(triangle)) {
             let [a, b] = [p, q].map(flat);
             let corners = tree.triangles[inner as usize];
             let third = flat(corners.into_iter().find(|corner| ![p, q].contains(corner))?);
@@ -159,7 +162,8 @@ impl Charts {
             (leaf.triangles[0]..leaf.triangles[1])
                 .all(|triangle| members.contains(&triangle) && tree.triangles[triangle as usize].into_iter().all(is_in))
         };
-        self.leaves.extend((0..).zip(leaves).filter(|(_, leaf)| within(leaf)).map(|(index, _): (u32, _)| index));
+        let candidates: BTreeSet<u32> = members.iter().map(|&triangle| surface.leaf_of[triangle as usize]).collect();
+        self.leaves.extend(candidates.into_iter().filter(|&leaf| within(&leaves[leaf as usize])));
         let vertices: BTreeSet<u32> = members.iter().flat_map(|&triangle| tree.triangles[triangle as usize]).collect();
         let local: BTreeMap<u32, u32> = vertices.iter().copied().zip(0..).collect();
         self.facets.extend(facets.into_iter().map(|(triangle, [first, second])| Facet {
@@ -186,7 +190,7 @@ impl Surface<'_> {
     /// A rectangle around the triangles of a core and of the leaves that it touches.
     fn rectangle(&self, own: &[u32], plane: &Plane) -> Vec<DVec2> {
         let corners = |triangle: &u32| self.tree.triangles[*triangle as usize];
-        let leaves: BTreeSet<u32> = own.iter().flat_map(corners).flat_map(|vertex| &self.touching[&vertex]).copied().collect();
+        let leaves: BTreeSet<u32> = own.iter().flat_map(corners).flat_map(|vertex| self.leaves_at(vertex)).collect();
         let triangles = leaves.iter().flat_map(|&leaf| {
             let [from, to] = self.tree.leaves[leaf as usize].triangles;
             from..to
@@ -203,7 +207,7 @@ impl Surface<'_> {
         while let Some(triangle) = queue.pop_front() {
             let [a, b, c] = self.tree.triangles[triangle as usize];
             for [p, q] in [[a, b], [b, c], [c, a]] {
-                for &other in &self.sides[&[p.min(q), p.max(q)]] {
+                for &(_, other) in self.along([p.min(q), p.max(q)]) {
                     let corners = self.tree.triangles[other as usize].map(|corner| plane.flat((self.place)(corner)));
                     if !seen.contains(&other) && clip_to(domain, corners).len() >= 3 {
                         seen.insert(other);
@@ -215,13 +219,24 @@ impl Surface<'_> {
         seen.into_iter().collect()
     }
 
-    /// The edges of a triangle that it does not share with exactly one other.
-    fn borders(&self, triangle: u32) -> impl Iterator<Item = (&[u32; 2], &u32)> {
+    /// The edges of a triangle that it does not share with exactly one other, each with the triangle.
+    fn borders(&self, triangle: u32) -> impl Iterator<Item = ([u32; 2], u32)> {
         let [a, b, c] = self.tree.triangles[triangle as usize];
-        let edges = [[a, b], [b, c], [c, a]].into_iter().filter_map(|[p, q]| self.sides.get_key_value(&[p.min(q), p.max(q)]));
-        edges
-            .filter(|(_, sides)| sides.len() != 2)
-            .filter_map(move |(edge, sides)| Some((edge, sides.iter().find(|&&side| side == triangle)?)))
+        let edges = [[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]);
+        edges.into_iter().filter(|&edge| self.along(edge).len() != 2).map(move |edge| (edge, triangle))
+    }
+
+    /// An edge with each triangle along it.
+    fn along(&self, edge: [u32; 2]) -> &[([u32; 2], u32)] {
+        let from = self.sides.partition_point(|side| side.0 < edge);
+        let count = self.sides[from..].partition_point(|side| side.0 == edge);
+        &self.sides[from..from + count]
+    }
+
+    /// The leaves of the triangles around a vertex.
+    fn leaves_at(&self, vertex: u32) -> impl Iterator<Item = u32> {
+        let from = self.touching.partition_point(|at| at.0 < vertex);
+        self.touching[from..].iter().take_while(move |at| at.0 == vertex).map(|at| at.1)
     }
 }
 

@@ -29,8 +29,8 @@ const TRIANGLE: u64 = 230;
 const POINT: u64 = 790;
 /// Of a spring outside of grids, in the levels of "coarse_to_fine".
 const LEVELS: u64 = 230;
-/// Of a vertex that can touch something: its neighbours, its trees and the pairs of a step; grids have levels of their own then.
-const CONTACT: u64 = 1050;
+/// Of a vertex that can touch something: its neighbours, its trees, its charts and the pairs of a step; grids have levels of their own then.
+const CONTACT: u64 = 2500;
 /// Of a spring, in the matrix of an implicit method.
 const MATRIX: u64 = 150;
 /// Of a spring, as a constraint of "xpbd".
