@@ -40,7 +40,8 @@ def test_what_is_led_goes_through_no_cloth_and_is_not_held_up_by_it(name: str, s
     simulation = watched(Scene.load(find_scene(name)), steps, after=before)
     assert simulation.report.contacts > 0
     assert not any(simulation.pin_offset(group).any() for group in range(len(simulation.pin_groups)))
-    assert not any(simulation.body_offset(name).any() for name in simulation.bodies)
+    # Parts of a step end at its end but for rounding.
+    assert all(np.abs(simulation.body_offset(name)).max() < 1e-12 for name in simulation.bodies)
 
 
 CLOTH: dict[str, Any] = {

@@ -18,7 +18,7 @@ ENGINE_RULES: dict[str, set[str]] = {
     "model": {"scene", "geometry"},
     "inputs": {"scene", "model", "geometry"},
     "schedule": {"scene", "model", "inputs", "geometry"},
-    "state": {"model", "inputs", "geometry"},
+    "state": {"schedule", "model", "inputs", "geometry"},
     "forces": {"scene", "model", "inputs", "schedule", "state", "geometry"},
     "integrate": {"forces", "scene", "model", "inputs", "schedule", "state", "geometry"},
     "contact": {"model", "geometry"},

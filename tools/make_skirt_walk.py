@@ -208,7 +208,6 @@ HEAD = """\
 # A figure of capsules walks and stops; its skirt hangs from the waist, swings and folds over the legs.
 title = "Skirt on a figure that walks"
 duration = 4.5                          # [s]
-solver.substeps = 4                     # steps a frame: knees strike the cloth
 
 [[body]]
 name = "floor"

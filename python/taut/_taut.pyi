@@ -64,6 +64,8 @@ class Report(TypedDict):
     """Rows of contact (pairs that were near, or came near), summed over the steps."""
     contact_cuts: int
     """Steps that were shortened where something would have crossed something else."""
+    halved_steps: int
+    """Steps that contact had taken in halves, quarters or eighths."""
     closest: float
     penetrations: int
     """Least distance that the steps found between what touches [m]; infinite where nothing was near."""

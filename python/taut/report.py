@@ -48,6 +48,8 @@ class Report:
     """Rows of contact, which are pairs that were near or came near, summed over the steps [1]."""
     contact_cuts: int
     """Steps that were shortened where something would have crossed something else [1]."""
+    halved_steps: int
+    """Steps that contact had taken in halves, quarters or eighths [1]."""
     closest: float
     """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
     penetrations: int

@@ -11,7 +11,7 @@ use taut::model::{Model, SpringKind};
 use taut::prepare::{Prepared, prepare};
 use taut::scene::Scene;
 use taut::schedule::Schedule;
-use taut::state::{Calm, Clock, State};
+use taut::state::{Clock, State};
 use taut::step::{Work, admit, external, touches};
 
 use crate::checks::{affordable, below, duration, explain, movable, scene_with, workers};
@@ -359,7 +359,7 @@ impl Engine {
 
     fn past<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
         let state = self.state(py)?;
-        let vectors: Vectors = state.memory().flat_map(Vectors::iter).chain(state.memory_of_cloths()).collect();
+        let vectors: Vectors = state.memory().flat_map(Vectors::iter).chain(state.memory_of_steps()).collect();
         Ok((!vectors.is_empty()).then(|| arrays::to_numpy(py, &vectors)))
     }
 
@@ -386,13 +386,13 @@ impl Engine {
             State::in_world(&self.model, place, velocities, clock)
         };
         if let Some(past) = past {
-            let count_of_memory = state.memory().map(Vectors::len).sum::<usize>() + state.calm.len();
+            let count_of_memory = state.memory().map(Vectors::len).sum::<usize>() + state.memory_of_steps().count();
             let rows = arrays::from_numpy("past", past, count_of_memory)?;
             let mut rows = rows.iter();
             for vectors in state.memory_mut() {
                 *vectors = numbering.to_particles(&rows.by_ref().take(count).collect());
             }
-            state.calm.iter_mut().zip(rows).for_each(|(calm, row)| *calm = Calm::from_vector(row));
+            state.recall_steps(rows);
             state.past.length = self.schedule.step_length;
         }
         self.running.with(py, |Running { inputs, work, state: now, .. }| {

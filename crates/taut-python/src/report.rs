@@ -26,6 +26,7 @@ pub fn report<'py>(py: Python<'py>, summary: &Summary, time: f64) -> PyResult<Bo
     report.set_item("mean_lost_motion", summary.mean_lost_motion)?;
     report.set_item("contacts", summary.contacts)?;
     report.set_item("contact_cuts", summary.contact_cuts)?;
+    report.set_item("halved_steps", summary.halved_steps)?;
     report.set_item("closest", summary.closest.unwrap_or(f64::INFINITY))?;
     report.set_item("penetrations", summary.penetrations)?;
     report.set_item("repaired_momentum", summary.repaired_momentum.to_array())?;

@@ -42,6 +42,8 @@ pub struct Summary {
     pub contacts: u64,
     /// Steps that were shortened where something would have crossed something else.
     pub contact_cuts: u64,
+    /// Steps that contact had taken in halves, quarters or eighths.
+    pub halved_steps: u64,
     /// Bodies that ended behind their paths, since what is pressed between them and other things could not go out of their way; summed
     /// over the steps.
     pub held_back_bodies: u64,
@@ -172,6 +174,7 @@ impl Summary {
         self.repaired_momentum += report.repaired;
         self.contacts += u64::from(report.limited.contacts);
         self.contact_cuts += u64::from(report.limited.contact_cuts);
+        self.halved_steps += u64::from(report.halved);
         self.closest = [self.closest, report.limited.closest].into_iter().flatten().reduce(f64::min);
         self.penetrations = report.limited.penetrations;
         self.lost_motion = self.lost_motion.max(report.limited.lost_motion);

@@ -12,7 +12,7 @@ use crate::health::{self, Glance, Health, StateReport, StepReport};
 use crate::inputs::{Inputs, Ramp};
 use crate::integrate::{self, Integrator};
 use crate::model::Model;
-use crate::schedule::{Plan, Schedule, Stride};
+use crate::schedule::{Parts, Plan, Schedule, Stride};
 use crate::state::State;
 
 /// Steps are taken in so many parts at most where bodies are fast; beyond that bodies may lag.
@@ -36,7 +36,8 @@ pub struct Work {
     ends: Vectors,
     /// Where bodies begin a step, and where they end it [m].
     bodies: [Vec<DVec3>; 2],
-    /// The state before several steps.
+    /// The state before a part of a step, and before several steps.
+    before_part: State,
     pub(crate) before: State,
 }
 
@@ -60,6 +61,7 @@ impl Work {
             filter: Filter::new(model, &plan),
             health: Health::new(model),
             ends: Vectors::zeros(model.particle_count()),
+            before_part: State::new(model),
             before: State::new(model),
             bodies: [model.bodies.rest.clone(), model.bodies.rest.clone()],
             schedule: schedule.clone(),
@@ -159,17 +161,31 @@ impl Work {
     }
 }
 
-/// Advances by one step of `dt` seconds under what acts from outside; in several where bodies would go further than a cell of the cloth.
+/// Advances by one step of `dt` seconds under what acts from outside; in several parts where bodies would go further than a cell of the
+/// cloth, and where a step would have to be cut since something would cross something else.
 pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
-    let parts = work.parts(model, state, inputs, dt);
-    if parts == 1 {
-        return one_step(model, state, inputs, dt, work);
-    }
+    let mut parts = Parts::new(work.parts(model, state, inputs, dt), state.halving);
     let end = state.clock.next(dt);
-    let reports = (0..parts).map(|_| one_step(model, state, inputs, dt / f64::from(parts), work));
-    let all = reports.reduce(StepReport::and).unwrap_or_default();
+    let mut all: Option<StepReport> = None;
+    let pool = work.pool();
+    while let Some(part) = parts.next() {
+        if parts.can_be_halved() {
+            work.before_part.copy_from(state, &pool);
+        }
+        let report = one_step(model, state, inputs, part * dt, work);
+        let was_cut = report.limited.contact_cuts > 0;
+        if was_cut && parts.can_be_halved() {
+            state.copy_from(&work.before_part, &pool);
+            parts.halve();
+            continue;
+        }
+        parts.take(was_cut);
+        all = Some(all.map_or(report, |all| all.and(report)));
+    }
     state.clock = end;
-    all
+    state.halving = state.halving.map(|before| parts.remember(before));
+    let all = all.unwrap_or_default();
+    StepReport { halved: u32::from(parts.was_halved()), ..all }
 }
 
 fn one_step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
@@ -184,7 +200,7 @@ fn one_step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
         let evaluations = integrate::propose(stride, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
         let limited = filter::apply(stride, state, ends, filter, pool); // x*, v* -> admissible ones
         let repaired = integrate::advance(stride, state, ends, forces, integrator, pool); // x = x*
-        StepReport { evaluations, limited, repaired }
+        StepReport { evaluations, limited, repaired, halved: 0 }
     })
 }
 

@@ -74,6 +74,7 @@ DIAGNOSTICS: dict[str, str] = {
     "mean_lost_motion": "float64",
     "contacts": "int64",
     "contact_cuts": "int32",
+    "halved_steps": "int32",
     "closest": "float64",
     "penetrations": "int32",
     "kinetic_energy": "float64",
@@ -88,6 +89,7 @@ ADDED: dict[str, float] = {
     "held_back_bodies": 0,
     "contacts": 0,
     "contact_cuts": 0,
+    "halved_steps": 0,
     "closest": float("inf"),
     "penetrations": 0,
 }

@@ -63,6 +63,8 @@ class Summary:
     """Rows of contact, summed over the steps [1]."""
     contact_cuts: int
     """Steps that were shortened where something would have crossed something else [1]."""
+    halved_steps: int
+    """Steps that contact had taken in halves, quarters or eighths [1]."""
     closest: float
     """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
     penetrations: int
@@ -118,6 +120,7 @@ def summarize(cache: Cache) -> Summary:
         mean_lost_motion=float(np.mean(numbers["mean_lost_motion"][1:])) if ms.size else 0.0,
         contacts=int(numbers["contacts"].sum()),
         contact_cuts=int(numbers["contact_cuts"].sum()),
+        halved_steps=int(numbers["halved_steps"].sum()),
         closest=float(np.min(numbers["closest"])),
         penetrations=int(numbers["penetrations"][-1]),
         kinetic_energy=float(numbers["kinetic_energy"][-1]),

@@ -9,7 +9,7 @@ use super::crossing::Motion;
 use super::detect::{Detection, Pair};
 use super::proximity::{Closest, Kind};
 use super::surfaces::Surfaces;
-use super::{FLOOR, KEPT, Places};
+use super::{FLOOR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 
 /// What is shortened goes at most this part of its way [1]: what is allowed may be so nearly all that nothing would change.
@@ -84,7 +84,7 @@ impl Cuts {
                     continue;
                 }
                 self.closest = self.closest.min(distance);
-                let floor = (FLOOR * surfaces.thickness([surfaces.owners[particle], plane.owner])).min(KEPT * distance);
+                let floor = floor(surfaces.thickness([surfaces.owners[particle], plane.owner]), distance);
                 if end < floor {
                     let corners = [particle as u32, plane.vertex, plane.vertex, plane.vertex];
                     let pair = Pair { kind: Kind::PointTriangle, corners };
@@ -117,8 +117,8 @@ fn look(surfaces: &Surfaces, places: &Places, pair: Pair) -> Option<(Option<Cut>
     let motion = Motion::of(places, pair);
     let owners = surfaces.owners_of(pair);
     let radius = surfaces.radius(owners);
-    let most = FLOOR * surfaces.thickness(owners);
-    if motion.is_apart_along(motion.guess(), most + radius) {
+    let thickness = surfaces.thickness(owners);
+    if motion.is_apart_along(motion.guess(), FLOOR * thickness + radius) {
         return None;
     }
     let closest = Closest::new(pair.kind, &motion.x);
@@ -126,7 +126,6 @@ fn look(surfaces: &Surfaces, places: &Places, pair: Pair) -> Option<(Option<Cut>
     if distance <= 0.0 || distance.is_nan() {
         return Some((None, distance));
     }
-    let floor = most.min(KEPT * distance);
-    let allowed = motion.allowed(&closest, floor + radius);
+    let allowed = motion.allowed(&closest, floor(thickness, distance) + radius);
     Some(((allowed < 1.0).then_some(Cut { pair, allowed, distance, plane: None }), distance))
 }

@@ -32,8 +32,10 @@ use untangle::Tangle;
 
 /// The floor of the certificate, as a part of the thickness between two things [1]: what is left between them at least.
 const FLOOR: f64 = 0.1;
-/// A pair that is hardly further than the floor, or nearer, keeps this part of its distance in a step [1].
-const KEPT: f64 = 0.8;
+/// A pair that is hardly further than the floor, or nearer, gives up this part of its distance in a step at most [1].
+const GIVEN: f64 = 0.2;
+/// .. and of distances below this part of the thickness [1] less and less, so that no number of steps makes one too small for numbers.
+const SCANT: f64 = 0.01;
 /// Pairs nearer than this many thicknesses become rows [1].
 const MARGIN: f64 = 1.5;
 /// The same of edges of cloth with edges of cloth.
@@ -143,6 +145,11 @@ impl Contact {
         let Self { surfaces, places, rows, cuts, .. } = self;
         rows.take_cuts(surfaces, places, cuts);
     }
+}
+
+/// What the certificate leaves of a distance, at least, between two things that keep `thickness` [m].
+fn floor(thickness: f64, distance: f64) -> f64 {
+    (FLOOR * thickness).min(distance * (1.0 - GIVEN * (distance / (SCANT * thickness)).min(1.0)))
 }
 
 /// Places of all particles and bodies.

@@ -16,7 +16,7 @@ use super::detect::Pair;
 use super::proximity::Closest;
 use super::surfaces::Surfaces;
 use super::untangle::Asked;
-use super::{FLOOR, KEPT, MARGIN, NEAR, Places};
+use super::{MARGIN, NEAR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 use crate::model::{ClothRange, Model};
 use near::Near;
@@ -217,7 +217,7 @@ impl Rows {
             parts: singles,
             normal: normal.as_vec3(),
             gap: (distance - target) as f32,
-            slack: (GOOD * (target - (FLOOR * thickness).min(KEPT * distance.max(0.0)))) as f32,
+            slack: (GOOD * (target - floor(thickness, distance.max(0.0)))) as f32,
             give: if weight > 0.0 { 1.0 / weight } else { 0.0 },
             friction: surfaces.friction(owners) as f32,
             push: 0.0,

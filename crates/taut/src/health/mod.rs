@@ -25,6 +25,8 @@ pub struct StepReport {
     pub limited: Limited,
     /// The momentum that rounding took from free cloths, and that was given back [kg m/s].
     pub repaired: DVec3,
+    /// Whether contact had it taken in more parts than the speed of bodies asks for: 1, or 0.
+    pub halved: u32,
 }
 
 impl StepReport {
@@ -34,6 +36,7 @@ impl StepReport {
             evaluations: self.evaluations + other.evaluations,
             limited: self.limited.and(other.limited),
             repaired: self.repaired + other.repaired,
+            halved: self.halved.max(other.halved),
         }
     }
 }

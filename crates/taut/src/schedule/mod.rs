@@ -2,11 +2,13 @@
 
 mod blame;
 mod choice;
+mod halving;
 mod pace;
 mod parts;
 mod stability;
 
 pub use choice::{BadLength, Schedule};
+pub use halving::{Halving, Parts};
 pub use parts::{ClothPlan, Plan, ScaledTiming};
 
 use crate::inputs::Inputs;

@@ -14,6 +14,7 @@ pub use stretch::{Stretch, longest_of, measure, measure_squares};
 
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Model, Numbering};
+use crate::schedule::Halving;
 
 /// Positions, velocities and time.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -39,6 +40,8 @@ pub struct State {
     /// Whether anything may intersect, and steps look for it: from a start, or from a state from elsewhere, until a step finds nothing.
     /// Where nothing does, it makes no difference but time.
     pub may_cross: bool,
+    /// In how many parts contact has steps taken; none where nothing touches.
+    pub halving: Option<Halving>,
 }
 
 /// How calm a cloth is, as its strain limit finds it.
@@ -162,6 +165,7 @@ impl State {
             offsets,
             bodies: model.bodies.rest.clone(),
             may_cross: model.contact.untangles,
+            halving: model.contact.is_on.then(Halving::default),
         }
     }
 
@@ -187,9 +191,15 @@ impl State {
         own.into_iter().chain([&self.past.displacements, &self.past.gains]).filter(|vectors| !vectors.is_empty())
     }
 
-    /// What a run needs besides, a vector for every cloth: how calm it is.
-    pub fn memory_of_cloths(&self) -> impl Iterator<Item = Vec3> {
-        self.calm.iter().map(|calm| calm.to_vector())
+    /// What a run needs besides: how calm each cloth is, and in how many parts steps are taken where things touch.
+    pub fn memory_of_steps(&self) -> impl Iterator<Item = Vec3> {
+        self.calm.iter().map(|calm| calm.to_vector()).chain(self.halving.map(Halving::to_vector))
+    }
+
+    /// Takes what [`Self::memory_of_steps`] told.
+    pub fn recall_steps(&mut self, mut memory: impl Iterator<Item = Vec3>) {
+        self.calm.iter_mut().zip(&mut memory).for_each(|(calm, vector)| *calm = Calm::from_vector(vector));
+        self.halving.iter_mut().zip(memory).for_each(|(halving, vector)| *halving = Halving::from_vector(vector));
     }
 
     /// The vectors of [`Self::memory`], to be filled.
@@ -224,6 +234,7 @@ impl State {
         self.offsets.clone_from(&other.offsets);
         self.bodies.clone_from(&other.bodies);
         self.may_cross = other.may_cross;
+        self.halving = other.halving;
     }
 
     /// The state with its vectors in the order of the user's vertices.
@@ -244,15 +255,16 @@ impl State {
         let [positions, velocities, motion] = [&self.positions, &self.velocities, &self.motion].map(order);
         let (origins, calm, offsets) = (self.origins.clone(), self.calm.clone(), self.offsets.clone());
         let (bodies, may_cross) = (self.bodies.clone(), self.may_cross);
-        Self { origins, positions, velocities, motion, clock: self.clock, past, calm, offsets, bodies, may_cross }
+        let (clock, halving) = (self.clock, self.halving);
+        Self { origins, positions, velocities, motion, clock, past, calm, offsets, bodies, may_cross, halving }
     }
 
     /// XXH3 hash of all local positions, then all velocities of the motion and then the memory, if any, of particles and of
-    /// cloths, each as x, y, z in little-endian `f32`, and of the origins; see [`hash_of`]. Offsets that pins have count as well.
+    /// steps, each as x, y, z in little-endian `f32`, and of the origins; see [`hash_of`]. Offsets that pins have count as well.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let all = [&self.positions, self.of_motion()].into_iter().chain(self.memory());
-        let hash = hash_of(all.flat_map(Vectors::iter).chain(self.memory_of_cloths()), &self.origins);
+        let hash = hash_of(all.flat_map(Vectors::iter).chain(self.memory_of_steps()), &self.origins);
         let moved = self.offsets.iter().filter(|offset| **offset != Offset::default());
         moved.flat_map(Offset::numbers).fold(hash, |hash, number| hash.rotate_left(17) ^ xxh3_64(&number.to_le_bytes()))
     }

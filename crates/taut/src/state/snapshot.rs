@@ -7,16 +7,17 @@ use super::{Calm, Clock, Offset, Past, State};
 use crate::geometry::Vectors;
 use crate::inputs::{BodyShift, Grips, Target};
 use crate::model::Model;
+use crate::schedule::Halving;
 
 /// First bytes of every snapshot; the last one is the version of the layout.
-const MAGIC: [u8; 8] = *b"TAUTSNP8";
+const MAGIC: [u8; 8] = *b"TAUTSNP9";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not ours at all.
-    #[error("these bytes are not a taut snapshot (version 8)")]
+    #[error("these bytes are not a taut snapshot (version 9)")]
     NotASnapshot,
     /// Cut short or altered.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -29,7 +30,7 @@ pub enum SnapshotError {
 impl State {
     /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
     /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies, whether
-    /// anything may intersect, held particles, hands, moved pins, moved bodies, XXH3 of all these.
+    /// anything may intersect, in how many parts steps are taken, held particles, hands, moved pins, moved bodies, XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(128 + 36 * self.positions.len() + 24 * self.past.gains.len());
@@ -49,6 +50,9 @@ impl State {
         bytes.extend(self.offsets.iter().flat_map(Offset::numbers).flat_map(f64::to_le_bytes));
         bytes.extend(self.bodies.iter().flat_map(|place| place.to_array()).flat_map(f64::to_le_bytes));
         bytes.push(u8::from(self.may_cross));
+        if let Some(Halving { halvings, well, spared }) = self.halving {
+            bytes.extend([halvings, well, spared].into_iter().flat_map(u32::to_le_bytes));
+        }
         bytes.extend((grips.particles().len() as u64).to_le_bytes());
         for (particle, Target { place, arrival }) in grips.held() {
             bytes.extend(particle.to_le_bytes());
@@ -119,6 +123,10 @@ impl Reader<'_> {
             *place = self.place()?;
         }
         state.may_cross = self.take::<1>()? != [0];
+        if let Some(halving) = &mut state.halving {
+            let [halvings, well, spared] = [self.take()?, self.take()?, self.take()?].map(u32::from_le_bytes);
+            *halving = Halving::new(halvings, well, spared);
+        }
         let mut grips = Grips::default();
         for _ in 0..self.whole()? {
             let particle = self.particle(count)?;

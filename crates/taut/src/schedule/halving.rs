@@ -1,0 +1,185 @@
+//! Steps that are halved where contact asks for it.
+//!
+//! What touches may need shorter steps than the cloth alone, and nobody knows before: a step that would have to be cut, since something
+//! would cross something else, is taken back and taken in two halves, and these again. What helped is remembered: the next steps begin
+//! with as many parts, and every now and then with fewer. Where even the shortest parts had to be cut, since cloth is pinched, the next
+//! steps are taken whole, and cut.
+
+use glam::Vec3;
+
+/// A step is halved so often at most: into 8 parts.
+const MOST: u32 = 3;
+/// After so many steps in a row that needed no further half, one with half as many parts is tried.
+const TRUSTED: u32 = 8;
+/// .. and after so many whole ones it is halved again, if that was in vain.
+const SPARED: u32 = 8;
+
+/// What is remembered from step to step.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Halving {
+    /// Steps begin with 2 to the power of this many parts.
+    pub halvings: u32,
+    /// So many steps have gone well with them.
+    pub well: u32,
+    /// So many steps are not halved, since the last one was in vain.
+    pub spared: u32,
+}
+
+impl Halving {
+    /// What is remembered, as it was told by someone else.
+    #[must_use]
+    pub fn new(halvings: u32, well: u32, spared: u32) -> Self {
+        Self { halvings: halvings.min(MOST), well: well.min(TRUSTED), spared: spared.min(SPARED) }
+    }
+
+    /// As the coordinates of a vector.
+    #[must_use]
+    pub fn to_vector(self) -> Vec3 {
+        Vec3::new(self.halvings as f32, self.well as f32, self.spared as f32)
+    }
+
+    /// What [`Self::to_vector`] wrote; whole steps where that is none.
+    #[must_use]
+    pub fn from_vector(vector: Vec3) -> Self {
+        Self::new(vector.x as u32, vector.y as u32, vector.z as u32)
+    }
+}
+
+/// A step on its way: how far it is, and in which parts it goes on.
+#[derive(Debug)]
+pub struct Parts {
+    /// In the shortest parts.
+    done: u32,
+    all: u32,
+    halvings: u32,
+    most: u32,
+    needed_more: bool,
+    in_vain: bool,
+}
+
+impl Parts {
+    /// A step that is taken in `least` parts in any case; whether it can be halved is what `halving` says.
+    #[must_use]
+    pub fn new(least: u32, halving: Option<Halving>) -> Self {
+        let (halvings, most) = match halving {
+            Some(Halving { halvings, spared: 0, .. }) => (halvings, MOST),
+            _ => (0, 0),
+        };
+        Self { done: 0, all: least << most, halvings, most, needed_more: false, in_vain: false }
+    }
+
+    /// The length of the next part, as a part of the step [1]; none where all is done.
+    #[must_use]
+    pub fn next(&self) -> Option<f64> {
+        (self.done < self.all).then(|| f64::from(self.size()) / f64::from(self.all))
+    }
+
+    /// Whether the next part can be halved if it does not go well.
+    #[must_use]
+    pub fn can_be_halved(&self) -> bool {
+        self.halvings < self.most
+    }
+
+    /// Halves the next part, and those after it.
+    pub fn halve(&mut self) {
+        self.halvings += 1;
+        self.needed_more = true;
+    }
+
+    /// The next part has been taken, and `was_cut` or not.
+    pub fn take(&mut self, was_cut: bool) {
+        self.done += self.size();
+        self.in_vain |= was_cut;
+    }
+
+    /// Whether contact has it taken in more parts than it has to be.
+    #[must_use]
+    pub fn was_halved(&self) -> bool {
+        self.halvings > 0
+    }
+
+    /// What is to be remembered after the step.
+    #[must_use]
+    pub fn remember(&self, before: Halving) -> Halving {
+        let Self { halvings, .. } = *self;
+        if before.spared > 0 {
+            return Halving { spared: before.spared - 1, ..Halving::default() };
+        }
+        if self.in_vain {
+            return Halving { spared: SPARED, ..Halving::default() };
+        }
+        if self.needed_more || halvings == 0 {
+            return Halving { halvings, ..Halving::default() };
+        }
+        let well = before.well + 1;
+        if well < TRUSTED { Halving { well, ..before } } else { Halving { halvings: halvings - 1, ..Halving::default() } }
+    }
+
+    fn size(&self) -> u32 {
+        1 << (self.most - self.halvings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The parts of a step whose parts longer than `bears` [1] have to be cut, and what is remembered.
+    fn step(before: Halving, bears: f64) -> (Vec<f64>, Halving) {
+        let mut parts = Parts::new(1, Some(before));
+        let mut taken = Vec::new();
+        while let Some(part) = parts.next() {
+            let was_cut = part > bears;
+            if was_cut && parts.can_be_halved() {
+                parts.halve();
+                continue;
+            }
+            taken.push(part);
+            parts.take(was_cut);
+        }
+        (taken, parts.remember(before))
+    }
+
+    #[test]
+    fn parts_are_halved_until_they_go_well_and_grow_again() {
+        let (taken, mut halving) = step(Halving::default(), 0.25);
+        assert_eq!((taken, halving), (vec![0.25; 4], Halving::new(2, 0, 0)));
+        for _ in 0..TRUSTED {
+            halving = step(halving, 1.0).1;
+        }
+        assert_eq!(halving, Halving::new(1, 0, 0));
+        assert_eq!(step(halving, 1.0).0, [0.5; 2]);
+    }
+
+    #[test]
+    fn what_is_in_vain_is_spared() {
+        let (taken, mut halving) = step(Halving::default(), 0.0);
+        assert_eq!((taken, halving), (vec![0.125; 8], Halving::new(0, 0, SPARED)));
+        for _ in 0..SPARED {
+            let (taken, then) = step(halving, 0.0);
+            assert_eq!(taken, [1.0]);
+            halving = then;
+        }
+        assert_eq!(step(halving, 0.0).0, [0.125; 8]);
+    }
+
+    #[test]
+    fn where_nothing_touches_steps_are_taken_as_they_are() {
+        let mut parts = Parts::new(3, None);
+        let mut sum = 0.0;
+        while let Some(part) = parts.next() {
+            assert!(!parts.can_be_halved());
+            sum += part;
+            parts.take(false);
+        }
+        assert_eq!(sum, 1.0);
+    }
+
+    #[test]
+    fn what_is_told_comes_back() {
+        for halving in [Halving::default(), Halving::new(3, 5, 0), Halving::new(0, 0, 7)] {
+            assert_eq!(Halving::from_vector(halving.to_vector()), halving);
+        }
+        assert_eq!(Halving::from_vector(Vec3::splat(f32::MAX)), Halving::new(MOST, TRUSTED, SPARED));
+    }
+}
