@@ -37,7 +37,7 @@ test-rust:
 	cargo test --quiet
 
 test-python: setup
-	$(BIN)/pytest --quiet
+	$(BIN)/pytest --quiet --numprocesses auto --dist loadfile
 
 # Attacks taut at its promises (docs/reliability.md): MINUTES=60, SEED=1 for other cases, ONLY=whole for one of them.
 attack: setup

@@ -9,39 +9,52 @@ use glam::Vec3;
 
 /// A step is halved so often at most: into 8 parts.
 const MOST: u32 = 3;
-/// After so many steps in a row that needed no further half, one with half as many parts is tried.
-const TRUSTED: u32 = 8;
-/// .. and after so many whole ones it is halved again, if that was in vain.
-const SPARED: u32 = 8;
+/// Steps wait at most so long before one is taken in other parts.
+const LONGEST_WAIT: u32 = 16;
 
 /// What is remembered from step to step.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Halving {
     /// Steps begin with 2 to the power of this many parts.
     pub halvings: u32,
-    /// So many steps have gone well with them.
-    pub well: u32,
-    /// So many steps are not halved, since the last one was in vain.
-    pub spared: u32,
+    /// So many steps are taken like that before one with half as many parts is tried; none while one is tried. Whole steps that wait
+    /// are not halved, since it was in vain.
+    pub wait: u32,
+    /// How long the next wait is: it doubles with every try that fails.
+    pub patience: u32,
+}
+
+impl Default for Halving {
+    fn default() -> Self {
+        Self { halvings: 0, wait: 0, patience: 1 }
+    }
 }
 
 impl Halving {
     /// What is remembered, as it was told by someone else.
     #[must_use]
-    pub fn new(halvings: u32, well: u32, spared: u32) -> Self {
-        Self { halvings: halvings.min(MOST), well: well.min(TRUSTED), spared: spared.min(SPARED) }
+    pub fn new(halvings: u32, wait: u32, patience: u32) -> Self {
+        Self { halvings: halvings.min(MOST), wait: wait.min(LONGEST_WAIT), patience: patience.clamp(1, LONGEST_WAIT) }
     }
 
     /// As the coordinates of a vector.
     #[must_use]
     pub fn to_vector(self) -> Vec3 {
-        Vec3::new(self.halvings as f32, self.well as f32, self.spared as f32)
+        Vec3::new(self.halvings as f32, self.wait as f32, self.patience as f32)
     }
 
     /// What [`Self::to_vector`] wrote; whole steps where that is none.
     #[must_use]
     pub fn from_vector(vector: Vec3) -> Self {
         Self::new(vector.x as u32, vector.y as u32, vector.z as u32)
+    }
+
+    fn is_spared(self) -> bool {
+        self.halvings == 0 && self.wait > 0
+    }
+
+    fn waits(self, halvings: u32) -> Self {
+        Self::new(halvings, self.patience, 2 * self.patience)
     }
 }
 
@@ -61,10 +74,8 @@ impl Parts {
     /// A step that is taken in `least` parts in any case; whether it can be halved is what `halving` says.
     #[must_use]
     pub fn new(least: u32, halving: Option<Halving>) -> Self {
-        let (halvings, most) = match halving {
-            Some(Halving { halvings, spared: 0, .. }) => (halvings, MOST),
-            _ => (0, 0),
-        };
+        let halving = halving.filter(|halving| !halving.is_spared());
+        let (halvings, most) = halving.map_or((0, 0), |halving| (halving.halvings, MOST));
         Self { done: 0, all: least << most, halvings, most, needed_more: false, in_vain: false }
     }
 
@@ -102,17 +113,19 @@ impl Parts {
     #[must_use]
     pub fn remember(&self, before: Halving) -> Halving {
         let Self { halvings, .. } = *self;
-        if before.spared > 0 {
-            return Halving { spared: before.spared - 1, ..Halving::default() };
+        if before.is_spared() {
+            return Halving { wait: before.wait - 1, ..before };
         }
-        if self.in_vain {
-            return Halving { spared: SPARED, ..Halving::default() };
+        if self.in_vain || self.needed_more {
+            return before.waits(if self.in_vain { 0 } else { halvings });
         }
-        if self.needed_more || halvings == 0 {
-            return Halving { halvings, ..Halving::default() };
+        match (halvings, before.wait) {
+            (0, _) => Halving::default(),
+            // What was tried went well.
+            (_, 0) => Halving { halvings: halvings - 1, ..Halving::default() },
+            (_, 1) => Halving { halvings: halvings - 1, wait: 0, ..before },
+            (_, wait) => Halving { wait: wait - 1, ..before },
         }
-        let well = before.well + 1;
-        if well < TRUSTED { Halving { well, ..before } } else { Halving { halvings: halvings - 1, ..Halving::default() } }
     }
 
     fn size(&self) -> u32 {
@@ -143,24 +156,40 @@ mod tests {
     #[test]
     fn parts_are_halved_until_they_go_well_and_grow_again() {
         let (taken, mut halving) = step(Halving::default(), 0.25);
-        assert_eq!((taken, halving), (vec![0.25; 4], Halving::new(2, 0, 0)));
-        for _ in 0..TRUSTED {
-            halving = step(halving, 1.0).1;
+        assert_eq!(taken, [0.25; 4]);
+        let mut counts = Vec::new();
+        while halving != Halving::default() {
+            let taken;
+            (taken, halving) = step(halving, 1.0);
+            counts.push(taken.len());
         }
-        assert_eq!(halving, Halving::new(1, 0, 0));
-        assert_eq!(step(halving, 1.0).0, [0.5; 2]);
+        assert_eq!(counts, [4, 2]);
     }
 
     #[test]
-    fn what_is_in_vain_is_spared() {
-        let (taken, mut halving) = step(Halving::default(), 0.0);
-        assert_eq!((taken, halving), (vec![0.125; 8], Halving::new(0, 0, SPARED)));
-        for _ in 0..SPARED {
-            let (taken, then) = step(halving, 0.0);
-            assert_eq!(taken, [1.0]);
+    fn where_shorter_parts_are_needed_for_long_longer_ones_are_tried_ever_less() {
+        let (mut halving, mut tries) = (Halving::default(), Vec::new());
+        for at in 0..60 {
+            let before = halving;
+            let (taken, then) = step(halving, 0.5);
+            assert_eq!(taken, [0.5; 2]);
+            if before.halvings == 0 {
+                tries.push(at);
+            }
             halving = then;
         }
-        assert_eq!(step(halving, 0.0).0, [0.125; 8]);
+        assert_eq!(tries, [0, 2, 5, 10, 19, 36, 53]);
+    }
+
+    #[test]
+    fn what_is_in_vain_is_spared_ever_longer() {
+        let (mut halving, mut lengths) = (Halving::default(), Vec::new());
+        for _ in 0..12 {
+            let (taken, then) = step(halving, 0.0);
+            lengths.push(taken.len());
+            halving = then;
+        }
+        assert_eq!(lengths, [8, 1, 8, 1, 1, 8, 1, 1, 1, 1, 8, 1]);
     }
 
     #[test]
@@ -177,9 +206,9 @@ mod tests {
 
     #[test]
     fn what_is_told_comes_back() {
-        for halving in [Halving::default(), Halving::new(3, 5, 0), Halving::new(0, 0, 7)] {
+        for halving in [Halving::default(), Halving::new(3, 5, 8), Halving::new(0, 7, 16)] {
             assert_eq!(Halving::from_vector(halving.to_vector()), halving);
         }
-        assert_eq!(Halving::from_vector(Vec3::splat(f32::MAX)), Halving::new(MOST, TRUSTED, SPARED));
+        assert_eq!(Halving::from_vector(Vec3::splat(f32::MAX)), Halving::new(MOST, LONGEST_WAIT, LONGEST_WAIT));
     }
 }

@@ -50,8 +50,8 @@ impl State {
         bytes.extend(self.offsets.iter().flat_map(Offset::numbers).flat_map(f64::to_le_bytes));
         bytes.extend(self.bodies.iter().flat_map(|place| place.to_array()).flat_map(f64::to_le_bytes));
         bytes.push(u8::from(self.may_cross));
-        if let Some(Halving { halvings, well, spared }) = self.halving {
-            bytes.extend([halvings, well, spared].into_iter().flat_map(u32::to_le_bytes));
+        if let Some(Halving { halvings, wait, patience }) = self.halving {
+            bytes.extend([halvings, wait, patience].into_iter().flat_map(u32::to_le_bytes));
         }
         bytes.extend((grips.particles().len() as u64).to_le_bytes());
         for (particle, Target { place, arrival }) in grips.held() {
@@ -124,8 +124,8 @@ impl Reader<'_> {
         }
         state.may_cross = self.take::<1>()? != [0];
         if let Some(halving) = &mut state.halving {
-            let [halvings, well, spared] = [self.take()?, self.take()?, self.take()?].map(u32::from_le_bytes);
-            *halving = Halving::new(halvings, well, spared);
+            let [halvings, wait, patience] = [self.take()?, self.take()?, self.take()?].map(u32::from_le_bytes);
+            *halving = Halving::new(halvings, wait, patience);
         }
         let mut grips = Grips::default();
         for _ in 0..self.whole()? {
