@@ -9,6 +9,7 @@ use super::crossing::Motion;
 use super::detect::{Detection, Pair};
 use super::proximity::{Closest, Kind};
 use super::surfaces::Surfaces;
+use super::ways::Ways;
 use super::{FLOOR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 
@@ -65,7 +66,7 @@ impl Cuts {
             *closest = f64::INFINITY;
             let counts = |pair: &&Pair| index >= of_first || !detection.is_asked(pair);
             for pair in chunk(index).into_iter().flatten().filter(counts) {
-                if let Some((cut, distance)) = look(surfaces, places, *pair) {
+                if let Some((cut, distance)) = look(surfaces, places, &detection.ways, *pair) {
                     *closest = closest.min(distance);
                     cuts.extend(cut);
                 }
@@ -113,14 +114,14 @@ impl Cuts {
 }
 
 /// What a pair that is not far from each other all the way would cross, and its distance at the start [m].
-fn look(surfaces: &Surfaces, places: &Places, pair: Pair) -> Option<(Option<Cut>, f64)> {
-    let motion = Motion::of(places, pair);
+fn look(surfaces: &Surfaces, places: &Places, ways: &Ways, pair: Pair) -> Option<(Option<Cut>, f64)> {
     let owners = surfaces.owners_of(pair);
     let radius = surfaces.radius(owners);
     let thickness = surfaces.thickness(owners);
-    if motion.is_apart_along(motion.guess(), FLOOR * thickness + radius) {
+    if f64::from(ways.gap(pair)) >= FLOOR * thickness + radius {
         return None;
     }
+    let motion = Motion::of(places, pair);
     let closest = Closest::new(pair.kind, &motion.x);
     let distance = closest.way.length() - radius;
     if distance <= 0.0 || distance.is_nan() {

@@ -36,13 +36,6 @@ impl Motion {
         Self { kind, x, d: [0, 1, 2, 3].map(|end| places.ends[corners[end]] - x[end]) }
     }
 
-    /// An axis along which most features are apart that are so at all, a unit vector: the way between their middles.
-    pub fn guess(&self) -> DVec3 {
-        let (one, other) = self.x.split_at(self.kind.split());
-        let middle = |of: &[DVec3]| of.iter().sum::<DVec3>() / of.len() as f64;
-        (middle(one) - middle(other)).normalize_or_zero()
-    }
-
     /// Whether the features are at least `floor` apart along `axis`, a unit vector, at the start and at the end.
     pub fn is_apart_along(&self, axis: DVec3, floor: f64) -> bool {
         let at = |corner: usize| axis.dot(self.x[corner]);

@@ -6,10 +6,8 @@ use super::Places;
 use super::proximity::Kind;
 use super::surfaces::Surfaces;
 use super::tree::{Bounds, Leaf, Tree};
-use crate::geometry::{Pool, for_each_chunk, for_each_part};
-
-/// Boxes are wider by this part of the largest coordinate: places are rounded to single precision.
-const ROUNDING: f32 = 2.0 * f32::EPSILON;
+use super::ways::Ways;
+use crate::geometry::{Pool, for_each_part};
 
 /// Two features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -28,15 +26,24 @@ struct Met {
 /// Pairs of leaves that a thread looks at together.
 const PART: usize = 64;
 
+/// The first certificate of a step asks for a margin that is wider than its floors by this part of what the rows ask for more [1], so
+/// that those that follow repairs can ask about little.
+const TO_SPARE: f64 = 0.25;
+
 /// Pairs, with the workspace to find them.
 pub(crate) struct Detection {
-    /// Those that come within a wide margin on a first way, and those that come within a narrow one on another way, unless both of
+    /// Those that come within a wide margin on a known way, and those that come within a narrower one on the way now, unless both of
     /// their features end near enough to where they did.
     pub pairs: Vec<Pair>,
     pub further: Vec<Pair>,
-    /// The wide margin [m], and the ends of the first way.
+    /// The wide margin [m], and the ends of the known way.
     margin: f64,
     ends: Vec<DVec3>,
+    /// How many certificates have asked since, and the ends of the way of the first one.
+    certificates: u32,
+    first_ends: Vec<DVec3>,
+    /// Ways as they are now.
+    pub ways: Ways,
     /// The vertices that are asked about.
     asked: Vec<bool>,
     bounds: Vec<Bounds>,
@@ -59,6 +66,9 @@ impl Detection {
             further: Vec::new(),
             margin: 0.0,
             ends: vec![DVec3::ZERO; vertices],
+            certificates: 0,
+            first_ends: vec![DVec3::ZERO; vertices],
+            ways: Ways::new(vertices),
             asked: vec![true; vertices],
             bounds: vec![Bounds::NOTHING; vertices],
             stack: Vec::new(),
@@ -67,23 +77,43 @@ impl Detection {
         }
     }
 
-    /// Finds all pairs of features that share no vertex and come within `margin` [m] of each other; but for those of cloth that is so
-    /// flat that it cannot touch itself.
-    pub fn run(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pool: &Pool) {
-        self.margin = margin;
+    /// Finds all pairs of features that share no vertex and come within the margin of rows; but for those of cloth that is so flat that
+    /// it cannot touch itself.
+    pub fn run(&mut self, surfaces: &mut Surfaces, places: &Places, pool: &Pool) {
+        self.margin = surfaces.widest_margin();
+        self.certificates = 0;
         self.ends.clone_from(&places.ends);
         self.asked.fill(true);
         self.further.clear();
         surfaces.monotone.iter_mut().for_each(|monotone| monotone.run(places, pool));
         let mut pairs = std::mem::take(&mut self.pairs);
-        self.search(surfaces, places, margin, &mut pairs, pool);
+        self.search(surfaces, places, self.margin, &mut pairs, pool);
         self.pairs = pairs;
     }
 
-    /// Finds the pairs that come within a narrower `margin` [m] on a way with the same start. Pairs that were apart by the wide margin
-    /// along an axis are so by the narrow one if what their ends have moved since makes no difference: those are not asked about, and
-    /// what the first way found of them is enough.
-    pub fn run_again(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pool: &Pool) {
+    /// Finds the pairs that come within the floors of the certificate on a way with the same start. Pairs that were apart by a wider
+    /// margin along an axis are so by the narrow one if what their ends have moved since makes no difference: those are not asked
+    /// about, and what the known way found of them is enough.
+    pub fn run_again(&mut self, surfaces: &mut Surfaces, places: &Places, pool: &Pool) {
+        let floor = surfaces.widest_floor();
+        let mut margin = floor;
+        match self.certificates {
+            // Others may follow, and can ask about little if this one asks for more.
+            0 => {
+                margin += TO_SPARE * (self.margin - floor);
+                self.first_ends.clone_from(&places.ends);
+            }
+            // The way of the first one is the known way now.
+            1 => {
+                let asked = &self.asked;
+                self.pairs.retain(|pair| !is_asked(asked, pair));
+                self.pairs.append(&mut self.further);
+                std::mem::swap(&mut self.ends, &mut self.first_ends);
+                self.margin = floor + TO_SPARE * (self.margin - floor);
+            }
+            _ => {}
+        }
+        self.certificates += 1;
         let near = 0.5 * (self.margin - margin);
         for ((asked, then), now) in self.asked.iter_mut().zip(&self.ends).zip(&places.ends) {
             *asked = then.distance_squared(*now) > near * near;
@@ -96,21 +126,15 @@ impl Detection {
         self.further = pairs;
     }
 
-    /// Whether the second way was asked about a pair.
+    /// Whether the way now was asked about a pair.
     pub fn is_asked(&self, pair: &Pair) -> bool {
-        pair.corners.iter().any(|&corner| self.asked[corner as usize])
+        is_asked(&self.asked, pair)
     }
 
     fn search(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pairs: &mut Vec<Pair>, pool: &Pool) {
-        let Self { asked, bounds, stack, met, parts, .. } = self;
+        let Self { ways, asked, bounds, stack, met, parts, .. } = self;
         pairs.clear();
-        let half = 0.5 * margin as f32;
-        for_each_chunk(bounds, pool, |first, bounds| {
-            for ((bounds, x), end) in bounds.iter_mut().zip(&places.x[first..]).zip(&places.ends[first..]) {
-                let ways = [x.as_vec3a(), end.as_vec3a()];
-                *bounds = Bounds::around(ways, ways.map(|place| half + ROUNDING * place.abs().max_element()));
-            }
-        });
+        ways.take(places, 0.5 * margin as f32, bounds, pool);
         for tree in surfaces.cloths.iter_mut().chain(&mut surfaces.bodies) {
             tree.refit(bounds, asked, pool);
         }
@@ -142,7 +166,7 @@ impl Detection {
         }
         for_each_part(&mut parts[..count], met.len() * PART, pool, |index, Part { pairs, near }| {
             pairs.clear();
-            let mut found = Found { bounds, asked, near, pairs };
+            let mut found = Found { ways, margin, bounds, asked, near, pairs };
             for &Met { trees, leaves: [one, two] } in met[index * PART..].iter().take(PART) {
                 let [a, b] = trees.map(tree);
                 let leaves = [&a.leaves[one as usize], &b.leaves[two as usize]];
@@ -154,9 +178,10 @@ impl Detection {
             }
         });
         parts[..count].iter().for_each(|part| pairs.extend(&part.pairs));
-        let mut found = Found { bounds, asked, near: &mut Default::default(), pairs };
+        let mut found = Found { ways, margin, bounds, asked, near: &mut Default::default(), pairs };
         for tree in cloths {
             for thick in thick {
+                found.margin = margin + skins[thick.owner as usize].radius;
                 found.around(tree, thick.vertices.clone(), skins[thick.owner as usize].radius as f32);
             }
         }
@@ -165,6 +190,9 @@ impl Detection {
 
 /// The pairs that are found, and what they are looked for with.
 struct Found<'a> {
+    ways: &'a Ways,
+    /// Pairs that are as far apart count no more, radii included [m].
+    margin: f64,
     bounds: &'a [Bounds],
     asked: &'a [bool],
     near: &'a mut [Vec<u32>; 2],
@@ -254,10 +282,15 @@ impl Found<'_> {
     }
 
     fn add(&mut self, kind: Kind, corners: [u32; 4]) {
-        if corners.iter().any(|&corner| self.asked[corner as usize]) {
-            self.pairs.push(Pair { kind, corners });
+        let pair = Pair { kind, corners };
+        if is_asked(self.asked, &pair) && f64::from(self.ways.gap(pair)) < self.margin {
+            self.pairs.push(pair);
         }
     }
+}
+
+fn is_asked(asked: &[bool], pair: &Pair) -> bool {
+    pair.corners.iter().any(|&corner| asked[corner as usize])
 }
 
 fn range([from, to]: [u32; 2]) -> std::ops::Range<usize> {

@@ -19,6 +19,7 @@ mod start;
 mod surfaces;
 mod tree;
 mod untangle;
+mod ways;
 
 use glam::DVec3;
 
@@ -119,9 +120,9 @@ impl Contact {
     pub fn find_rows(&mut self, pool: &Pool) {
         let Self { surfaces, places, detection, rows, tangle, .. } = self;
         rows.clear();
-        detection.run(surfaces, places, surfaces.widest_margin(), pool);
+        detection.run(surfaces, places, pool);
         tangle.spare(surfaces, &mut detection.pairs);
-        rows.take_pairs(surfaces, places, &detection.pairs, pool);
+        rows.take_pairs(surfaces, places, detection, pool);
         rows.take_planes(surfaces, places);
         rows.take_asked(surfaces, tangle.asked());
         rows.sort();
@@ -130,7 +131,7 @@ impl Contact {
     /// Finds what would cross on the way, or come nearer than the floor, and how far it may go.
     pub fn certify(&mut self, pool: &Pool) {
         let Self { surfaces, places, detection, cuts, tangle, .. } = self;
-        detection.run_again(surfaces, places, surfaces.widest_floor(), pool);
+        detection.run_again(surfaces, places, pool);
         tangle.spare(surfaces, &mut detection.further);
         cuts.find(surfaces, places, detection, pool);
     }

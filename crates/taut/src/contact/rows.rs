@@ -12,7 +12,7 @@ mod wanted;
 use glam::{DVec3, Vec3};
 
 use super::certificate::Cuts;
-use super::detect::Pair;
+use super::detect::Detection;
 use super::proximity::Closest;
 use super::surfaces::Surfaces;
 use super::untangle::Asked;
@@ -113,7 +113,8 @@ impl Rows {
     }
 
     /// Makes rows of the pairs that are near, or come near along their normal.
-    pub fn take_pairs(&mut self, surfaces: &Surfaces, places: &Places, pairs: &[Pair], pool: &Pool) {
+    pub fn take_pairs(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection, pool: &Pool) {
+        let Detection { pairs, ways, .. } = detection;
         let mut parts = std::mem::take(&mut self.parts);
         let count = pairs.len().div_ceil(CHUNK);
         if parts.len() < count {
@@ -122,7 +123,7 @@ impl Rows {
         for_each_part(&mut parts[..count], pairs.len(), pool, |index, part| {
             part.clear();
             let pairs = pairs[index * CHUNK..].iter().take(CHUNK);
-            part.extend(pairs.filter_map(|&pair| Wanted::of(surfaces, places, pair)));
+            part.extend(pairs.filter_map(|&pair| Wanted::of(surfaces, places, ways, pair)));
         });
         for wanted in parts[..count].iter().flatten() {
             self.add(surfaces, wanted);

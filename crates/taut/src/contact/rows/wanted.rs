@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::super::crossing::Motion;
 use super::super::detect::Pair;
 use super::super::proximity::{Closest, Kind};
 use super::super::surfaces::{Owner, Surfaces};
+use super::super::ways::Ways;
 use super::super::{MARGIN, MARGIN_OF_EDGES, NEAR, Places, RECOVERY};
 use super::NONE;
 
@@ -30,23 +30,22 @@ pub(super) struct Wanted {
 
 impl Wanted {
     /// What a pair asks for, if it is near, or comes near.
-    pub fn of(surfaces: &Surfaces, places: &Places, pair: Pair) -> Option<Self> {
+    pub fn of(surfaces: &Surfaces, places: &Places, ways: &Ways, pair: Pair) -> Option<Self> {
         let Pair { kind, corners } = pair;
         let split = kind.split();
         let owners = surfaces.owners_of(pair);
         let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
         // Most pairs are far enough from each other, and stay so; of those that are joined nearly all.
-        let motion = Motion::of(places, pair);
-        let guess = motion.guess();
-        if motion.is_apart_along(guess, MARGIN * thickness + radius) {
+        let gap = f64::from(ways.gap(pair));
+        if gap >= MARGIN * thickness + radius {
             return None;
         }
         let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
         let thickness = thickness * if are_near { NEAR } else { 1.0 };
-        if are_near && motion.is_apart_along(guess, MARGIN * thickness) {
+        if gap >= MARGIN * thickness + radius {
             return None;
         }
-        let closest = Closest::new(kind, &motion.x);
+        let closest = Closest::new(kind, &corners.map(|corner| places.x[corner as usize]));
         let length = closest.way.length();
         // A point and a triangle stand for edges that are closest at an end; of capsules there are edges alone.
         let of_edges = if radius > 0.0 { &closest.parts[..split] } else { &closest.parts };
