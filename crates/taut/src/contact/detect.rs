@@ -255,11 +255,12 @@ impl Found<'_> {
                     }
                 }
             }
-            if vertices.len() == 2 {
-                let first = vertices.start;
+            // A sphere is an edge of no length where no triangle stands for its way to an edge.
+            if vertices.len() == 2 || !tree.is_surface() {
+                let [first, last] = [vertices.start, vertices.end - 1];
                 for edge in range(leaf.edges).filter(|&edge| all.meets(&tree.edge_bounds[edge])) {
                     let [a, b] = tree.edges[edge];
-                    self.add(Kind::EdgeEdge, [first, first + 1, a, b]);
+                    self.add(Kind::EdgeEdge, [first, last, a, b]);
                 }
             }
         });

@@ -7,7 +7,8 @@ use glam::DVec3;
 pub(crate) enum Kind {
     /// A point, and the three corners of a triangle.
     PointTriangle,
-    /// The two ends of one edge, and those of another.
+    /// The two ends of one edge, and those of another. Either may have no length: the middle of a sphere beside a link, and a point of a
+    /// network that no link is tied to, are edges from a vertex to itself.
     EdgeEdge,
 }
 

@@ -1,8 +1,9 @@
 //! What is where contact cannot keep it apart: crossings that are there already, and cloth inside of bodies.
 //!
 //! Contact makes no crossing and takes none back, so that a scene should start without any. This looks at one moment, on its own:
-//! edges against triangles that share no vertex with them, whole triangles against what is round, vertices against planes and
-//! against surfaces that are closed.
+//! edges against triangles that share no vertex with them, whole triangles and links against what is round, vertices against planes and
+//! against surfaces that are closed. Two links that touch exactly are told, since contact has no
+//! direction there.
 
 use std::collections::BTreeMap;
 
@@ -11,9 +12,10 @@ use glam::DVec3;
 use super::fill;
 use super::pierce::{above, pierces};
 use super::proximity::{Closest, Kind};
+use super::surfaces::tree_of;
 use super::tree::{Bounds, Leaf, Tree};
 use crate::geometry::{Pool, Vectors};
-use crate::model::{Body, BodyShape, Model};
+use crate::model::{Body, BodyShape, ClothRange, Model};
 
 /// So many places of each pair of things are kept, the first ones; all are counted.
 const MOST: usize = 100;
@@ -71,7 +73,7 @@ pub enum Other {
 /// How two things intersect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// An edge of one passes through a triangle of the other, or touches it.
+    /// An edge of one passes through a triangle of the other, or touches it; or two links of networks touch exactly.
     Crosses,
     /// Cloth is inside of a body, or behind a plane.
     Inside,
@@ -105,7 +107,8 @@ impl Intersections {
 
     /// One sentence for each pair of things that intersect at the start of a scene.
     pub fn warnings<'a>(&'a self, model: &'a Model) -> impl Iterator<Item = String> + 'a {
-        self.pairs.iter().map(|Meeting { count, first }| {
+        let is_net = |cloth: usize| model.cloths[cloth].is_network;
+        self.pairs.iter().map(move |Meeting { count, first }| {
             let cloth = format!("scene.cloth[{}] ({})", first.cloth, model.cloths[first.cloth].name);
             let other = match first.other {
                 Other::Cloth(other) if other == first.cloth => "itself".to_owned(),
@@ -122,13 +125,14 @@ impl Intersections {
             let [x, y, z] = first.place.to_array().map(rounded);
             let deep = first.depth.map_or_else(String::new, |depth| format!(", {} m deep", rounded(depth)));
             let remedy = if matches!(first.other, Other::Cloth(other) if other == first.cloth) {
-                "mend its mesh, or set contact.self = false"
+                if is_net(first.cloth) { "move its points apart, or set contact.self = false" } else { "mend its mesh, or set contact.self = false" }
             } else if body.is_some() {
                 "move one of them away, or let the body come with `move`"
             } else {
                 "move one of them away"
             };
-            let then = if model.contact.untangles {
+            let are_nets = is_net(first.cloth) && matches!(first.other, Other::Cloth(other) if is_net(other));
+            let then = if model.contact.untangles && !are_nets {
                 "contact brings it apart in the first frames; if that does not end"
             } else {
                 "contact takes no crossing back"
@@ -169,15 +173,12 @@ impl Search<'_> {
             tree.refit(&bounds, &all, &Pool::new(1));
             tree
         };
-        let cloths: Vec<Tree> = model
-            .cloths
-            .iter()
-            .map(|cloth| {
-                let own = cloth.particles();
-                let triangles = model.triangles.iter().copied();
-                tree(&triangles.filter(|corners| own.contains(&(corners[0] as usize))).collect::<Vec<_>>())
-            })
-            .collect();
+        let of_cloth = |cloth: &ClothRange| {
+            let mut tree = tree_of(model, cloth, |vertex| x[vertex as usize].as_vec3());
+            tree.refit(&bounds, &all, &Pool::new(1));
+            tree
+        };
+        let cloths: Vec<Tree> = model.cloths.iter().map(of_cloth).collect();
         if model.contact.among_cloths {
             for (index, one) in cloths.iter().enumerate() {
                 self.within(index, one);
@@ -213,9 +214,10 @@ impl Search<'_> {
     fn within(&mut self, cloth: usize, tree: &Tree) {
         tree.meet_itself(&mut Vec::new(), |one, two| {
             self.leaves([tree, tree], [one, two], cloth, Other::Cloth(cloth));
-            if one.triangles != two.triangles {
+            if one.index != two.index {
                 self.leaves([tree, tree], [two, one], cloth, Other::Cloth(cloth));
             }
+            self.links([tree, tree], [one, two], cloth, Other::Cloth(cloth));
         });
     }
 
@@ -224,6 +226,7 @@ impl Search<'_> {
         a.meet(b, &mut Vec::new(), |one, two| {
             self.leaves([a, b], [one, two], cloth, other);
             self.leaves([b, a], [two, one], cloth, other);
+            self.links([a, b], [one, two], cloth, other);
         });
     }
 
@@ -245,13 +248,46 @@ impl Search<'_> {
         }
     }
 
-    /// Triangles that come nearer to a sphere or the line of a capsule than its radius.
+    /// Links of two leaves that are at one place and share no vertex.
+    fn links(&mut self, [a, b]: [&Tree; 2], [one, two]: [&Leaf; 2], cloth: usize, other: Other) {
+        if a.is_surface() || b.is_surface() {
+            return;
+        }
+        let is_one = std::ptr::eq(a, b) && one.index == two.index;
+        for edge in range(one.edges) {
+            let ends = a.edges[edge];
+            for second in range(two.edges).filter(|&second| !is_one || second > edge) {
+                let others = b.edges[second];
+                if !a.edge_bounds[edge].meets(&b.edge_bounds[second]) || ends.iter().any(|end| others.contains(end)) {
+                    continue;
+                }
+                let corners = [ends[0], ends[1], others[0], others[1]];
+                let x = corners.map(|corner| self.x[corner as usize]);
+                let Closest { way, parts } = Closest::new(Kind::EdgeEdge, &x);
+                if way == DVec3::ZERO {
+                    self.add((cloth, other), Fault::Crosses, &corners, x[0].lerp(x[1], parts[1]), None);
+                }
+            }
+        }
+    }
+
+    /// Triangles and links that come nearer to a sphere or the line of a capsule than its radius.
     fn near(&mut self, tree: &Tree, cloth: usize, other: Other, body: &Body) {
         let first = self.model.particle_count() + body.vertices.start;
         let [from, to] = [self.x[first], self.x[first + body.vertices.len() - 1]];
         let bounds = around(from, body.radius).and(around(to, body.radius));
         let shallow = self.shallow(cloth, body);
         tree.within(&bounds, true, |leaf| {
+            let links = range(leaf.edges).filter(|_| !tree.is_surface());
+            for link in links.filter(|&link| bounds.meets(&tree.edge_bounds[link])) {
+                let [p, q] = tree.edges[link];
+                let closest = Closest::new(Kind::EdgeEdge, &[from, to, self.x[p as usize], self.x[q as usize]]);
+                let depth = body.radius - closest.way.length();
+                if depth > shallow {
+                    let place = from.lerp(to, closest.parts[1]) - closest.way;
+                    self.add((cloth, other), Fault::Inside, &[p, q], place, Some(depth));
+                }
+            }
             for triangle in range(leaf.triangles) {
                 if !bounds.meets(&tree.triangle_bounds[triangle]) {
                     continue;

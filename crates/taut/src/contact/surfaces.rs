@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::detect::Pair;
 use super::monotone::Monotone;
 use super::tree::Tree;
 use super::{FLOOR, MARGIN};
-use crate::model::{Adjacency, BodyShape, Model};
+use crate::model::{Adjacency, BodyShape, ClothRange, Model};
 
 /// Whose a vertex is: a cloth, or a body after all cloths.
 pub(crate) type Owner = u32;
@@ -39,11 +39,13 @@ pub(crate) struct Skin {
     pub radius: f64,
     /// Coulomb's coefficient [1].
     pub friction: f64,
+    /// Whether it has triangles. Networks have none, nor has what is thick or a plane.
+    pub is_surface: bool,
 }
 
 /// Everything that can touch.
 pub(crate) struct Surfaces {
-    /// The triangles of each cloth, and of each body that has any.
+    /// The triangles of each cloth, or the links of a network, and the triangles of each body that has any.
     pub cloths: Vec<Tree>,
     pub bodies: Vec<Tree>,
     /// Of each cloth, where it cannot touch itself; nothing is asked for where none may.
@@ -54,7 +56,7 @@ pub(crate) struct Surfaces {
     /// Cloths touch themselves and each other.
     pub among_cloths: bool,
     pub owners: Vec<Owner>,
-    /// Vertices joined to each by an edge, and those within two edges, in rising order.
+    /// Vertices joined to each by an edge or a link, and those within two of them, in rising order.
     pub ring: Adjacency<u32>,
     pub near: Adjacency<u32>,
     /// 1/mass of each vertex [1/kg]; zero for what is held and for bodies.
@@ -82,12 +84,12 @@ impl Surfaces {
         for (index, cloth) in model.cloths.iter().enumerate() {
             owners[cloth.particles()].fill(index as u32);
             let fabric = model.contact.cloths[index];
-            skins.push(Skin { thickness: 0.5 * fabric.thickness, radius: 0.0, friction: fabric.friction });
-            let range = cloth.particles();
-            let own: Vec<[u32; 3]> =
-                model.triangles.iter().copied().filter(|corners| range.contains(&(corners[0] as usize))).collect();
-            let tree = Tree::new(&own, place);
-            let charts = model.contact.among_cloths.then(|| Monotone::new(&tree, |vertex| place(vertex).as_dvec3()));
+            let tree = tree_of(model, cloth, place);
+            let is_surface = tree.is_surface();
+            skins.push(Skin { thickness: 0.5 * fabric.thickness, radius: 0.0, friction: fabric.friction, is_surface });
+            // Charts are made of triangles; a network may touch itself anywhere.
+            let has_charts = model.contact.among_cloths && is_surface;
+            let charts = has_charts.then(|| Monotone::new(&tree, |vertex| place(vertex).as_dvec3()));
             monotone.push(charts.unwrap_or_default());
             cloths.push(tree);
         }
@@ -97,7 +99,8 @@ impl Surfaces {
             let owner = (model.cloths.len() + index) as u32;
             let vertices = body.vertices.start + particles..body.vertices.end + particles;
             owners[vertices.clone()].fill(owner);
-            skins.push(Skin { thickness: body.thickness, radius: body.radius, friction: body.friction });
+            let is_surface = body.shape == BodyShape::Surface;
+            skins.push(Skin { thickness: body.thickness, radius: body.radius, friction: body.friction, is_surface });
             let vertices = vertices.start as u32..vertices.end as u32;
             match body.shape {
                 BodyShape::Sphere | BodyShape::Capsule => thick.push(Thick { owner, vertices }),
@@ -114,7 +117,8 @@ impl Surfaces {
             }
         }
         let sides = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]);
-        let ring = sorted(all, sides.collect());
+        let links = model.cloths.iter().filter(|cloth| cloth.is_network).flat_map(|cloth| links_of(model, cloth));
+        let ring = sorted(all, sides.chain(links.flat_map(|&[a, b]| [(a, b), (b, a)])).collect());
         let within_two = (0..all as u32).flat_map(|vertex| {
             let ring = &ring;
             let once = ring.of(vertex as usize).iter().copied();
@@ -179,10 +183,35 @@ impl Surfaces {
         (a * b).sqrt()
     }
 
+    /// Whether both features of a pair belong to surfaces.
+    pub fn are_surfaces(&self, pair: [Owner; 2]) -> bool {
+        pair.iter().all(|&owner| self.skins[owner as usize].is_surface)
+    }
+
     /// Whether one vertex is within two edges of another.
     pub fn are_near(&self, a: u32, b: u32) -> bool {
         self.near.of(a as usize).binary_search(&b).is_ok()
     }
+}
+
+/// The links of a network.
+fn links_of<'a>(model: &'a Model, cloth: &ClothRange) -> &'a [[u32; 2]] {
+    &model.springs.ends[cloth.springs.clone()]
+}
+
+/// The tree of a cloth: of its triangles or, in a network, of its links and of the points that no link is tied to.
+pub(super) fn tree_of(model: &Model, cloth: &ClothRange, place: impl Fn(u32) -> Vec3) -> Tree {
+    let range = cloth.particles();
+    if cloth.is_network {
+        let mut links = links_of(model, cloth).to_vec();
+        let mut is_tied = vec![false; range.len()];
+        links.as_flattened().iter().for_each(|&end| is_tied[end as usize - range.start] = true);
+        let loose = range.filter(|point| !is_tied[point - cloth.first]);
+        links.extend(loose.map(|point| [point as u32; 2]));
+        return Tree::of_links(&links, place);
+    }
+    let triangles = model.triangles.iter().copied();
+    Tree::new(&triangles.filter(|corners| range.contains(&(corners[0] as usize))).collect::<Vec<_>>(), place)
 }
 
 /// Lists in rising order without doubles.

@@ -1,4 +1,4 @@
-//! A tree of boxes over the triangles of a surface: of fixed shape, refitted to where they go in a step.
+//! A tree of boxes over the triangles of a surface, or over the links of a network: of fixed shape, refitted to where they go in a step.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -7,7 +7,7 @@ use glam::{Vec3, Vec3A};
 
 use crate::geometry::{Pool, for_each_chunk};
 
-/// Triangles in a leaf, at most.
+/// Triangles, or links of a network, in a leaf, at most.
 const LEAF: usize = 8;
 
 /// A box at the start of a step and one at its end.
@@ -71,7 +71,7 @@ impl Node {
     }
 }
 
-/// The features of a leaf: its triangles, and the edges and vertices that no leaf before it has.
+/// The features of a leaf: its triangles (none in a network), and the edges and vertices that no leaf before it has.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Leaf {
     /// Its number among the leaves, and its node.
@@ -82,7 +82,8 @@ pub(crate) struct Leaf {
     pub vertices: [u32; 2],
 }
 
-/// The triangles, edges and vertices of a surface in the order of the leaves, and the tree over them.
+/// The triangles, edges and vertices of a surface in the order of the leaves, and the tree over them. A network has no triangles: its
+/// links are edges, and a point that no link is tied to is an edge of no length, from itself to itself.
 #[derive(Debug, Clone)]
 pub(crate) struct Tree {
     pub triangles: Vec<[u32; 3]>,
@@ -97,51 +98,42 @@ pub(crate) struct Tree {
 impl Tree {
     /// The tree of some triangles; `place` is where a vertex is at rest.
     pub fn new(triangles: &[[u32; 3]], place: impl Fn(u32) -> Vec3) -> Self {
-        let mut order: Vec<([u32; 3], Vec3)> =
-            triangles.iter().map(|&corners| (corners, corners.map(&place).iter().sum::<Vec3>() / 3.0)).collect();
+        Self::over(triangles, &place, |[a, b, c]| [[a, b], [b, c], [c, a]], |tree, corners| tree.triangles.push(corners))
+    }
+
+    /// The tree of some links.
+    pub fn of_links(links: &[[u32; 2]], place: impl Fn(u32) -> Vec3) -> Self {
+        Self::over(links, &place, |link| [link], |_, _| ())
+    }
+
+    fn over<const N: usize, const E: usize>(
+        features: &[[u32; N]],
+        place: &dyn Fn(u32) -> Vec3,
+        edges_of: fn([u32; N]) -> [[u32; 2]; E],
+        keep: fn(&mut Self, [u32; N]),
+    ) -> Self {
+        let middle = |corners: [u32; N]| corners.map(place).iter().sum::<Vec3>() / N as f32;
+        let mut order: Vec<([u32; N], Vec3)> = features.iter().map(|&corners| (corners, middle(corners))).collect();
         let mut tree = Self {
             triangles: Vec::new(),
             edges: Vec::new(),
             vertices: Vec::new(),
-            triangle_bounds: vec![Bounds::NOTHING; triangles.len()],
+            triangle_bounds: Vec::new(),
             edge_bounds: Vec::new(),
             leaves: Vec::new(),
             nodes: Vec::new(),
         };
         if !order.is_empty() {
-            tree.split(&mut order, &mut BTreeSet::new(), &mut BTreeSet::new());
+            Splitter { edges_of, keep, edges: BTreeSet::new(), vertices: BTreeSet::new() }.split(&mut tree, &mut order);
         }
+        tree.triangle_bounds = vec![Bounds::NOTHING; tree.triangles.len()];
         tree.edge_bounds = vec![Bounds::NOTHING; tree.edges.len()];
         tree
     }
 
-    fn split(&mut self, triangles: &mut [([u32; 3], Vec3)], edges: &mut BTreeSet<[u32; 2]>, vertices: &mut BTreeSet<u32>) {
-        let index = self.nodes.len();
-        let leaf = self.leaves.len() as u32;
-        self.nodes.push(Node { bounds: Bounds::NOTHING, asked: true, second: 0, leaves: [leaf, leaf + 1] });
-        if triangles.len() <= LEAF {
-            let from = [self.triangles.len(), self.edges.len(), self.vertices.len()];
-            for &([a, b, c], _) in &*triangles {
-                self.triangles.push([a, b, c]);
-                let sides = [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]);
-                self.edges.extend(sides.into_iter().filter(|side| edges.insert(*side)));
-                self.vertices.extend([a, b, c].into_iter().filter(|vertex| vertices.insert(*vertex)));
-            }
-            let to = [self.triangles.len(), self.edges.len(), self.vertices.len()];
-            let run = |list: usize| [from[list] as u32, to[list] as u32];
-            self.leaves.push(Leaf { index: leaf, node: index as u32, triangles: run(0), edges: run(1), vertices: run(2) });
-            return;
-        }
-        let places = || triangles.iter().map(|triangle| triangle.1);
-        let size = places().fold(Vec3::NEG_INFINITY, Vec3::max) - places().fold(Vec3::INFINITY, Vec3::min);
-        let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or_default();
-        let middle = triangles.len() / 2;
-        triangles.select_nth_unstable_by(middle, |a, b| a.1[axis].total_cmp(&b.1[axis]).then(a.0.cmp(&b.0)));
-        let (first, second) = triangles.split_at_mut(middle);
-        self.split(first, edges, vertices);
-        self.nodes[index].second = self.nodes.len() as u32;
-        self.split(second, edges, vertices);
-        self.nodes[index].leaves[1] = self.leaves.len() as u32;
+    /// Whether it has triangles, as all have but those of networks.
+    pub fn is_surface(&self) -> bool {
+        !self.triangles.is_empty()
     }
 
     /// The corners of the triangles of a leaf, as often as triangles have them.
@@ -188,10 +180,18 @@ impl Tree {
         for index in (0..self.nodes.len()).rev() {
             let (bounds, asked) = match self.nodes[index].leaf() {
                 Some(leaf) => {
-                    let [from, to] = self.leaves[leaf].triangles;
-                    let run = from as usize..to as usize;
-                    let all = self.triangle_bounds[run.clone()].iter().fold(Bounds::NOTHING, |all, bounds| all.and(*bounds));
-                    (all, self.triangles[run].as_flattened().iter().any(|&vertex| asked[vertex as usize]))
+                    let Leaf { triangles, edges, .. } = self.leaves[leaf];
+                    let is_asked = |vertex: &u32| asked[*vertex as usize];
+                    let run = |[from, to]: [u32; 2]| from as usize..to as usize;
+                    // The edges of a surface are within its triangles.
+                    if self.triangles.is_empty() {
+                        let all = self.edge_bounds[run(edges)].iter().fold(Bounds::NOTHING, |all, bounds| all.and(*bounds));
+                        (all, self.edges[run(edges)].as_flattened().iter().any(is_asked))
+                    } else {
+                        let bounds = &self.triangle_bounds[run(triangles)];
+                        let all = bounds.iter().fold(Bounds::NOTHING, |all, bounds| all.and(*bounds));
+                        (all, self.triangles[run(triangles)].as_flattened().iter().any(is_asked))
+                    }
                 }
                 None => {
                     let [one, two] = [index + 1, self.nodes[index].second as usize].map(|child| &self.nodes[child]);
@@ -257,5 +257,44 @@ impl Tree {
             // A node that is not met is left out with all below it.
             index += if meets { 1 } else { node.size() };
         }
+    }
+}
+
+/// What a tree is split with: the edges of a feature, what keeps the feature itself, and the edges and vertices that leaves have already.
+struct Splitter<const N: usize, const E: usize> {
+    edges_of: fn([u32; N]) -> [[u32; 2]; E],
+    keep: fn(&mut Tree, [u32; N]),
+    edges: BTreeSet<[u32; 2]>,
+    vertices: BTreeSet<u32>,
+}
+
+impl<const N: usize, const E: usize> Splitter<N, E> {
+    fn split(&mut self, tree: &mut Tree, features: &mut [([u32; N], Vec3)]) {
+        let index = tree.nodes.len();
+        let leaf = tree.leaves.len() as u32;
+        tree.nodes.push(Node { bounds: Bounds::NOTHING, asked: true, second: 0, leaves: [leaf, leaf + 1] });
+        if features.len() <= LEAF {
+            let from = [tree.triangles.len(), tree.edges.len(), tree.vertices.len()];
+            for &(corners, _) in &*features {
+                (self.keep)(tree, corners);
+                let sides = (self.edges_of)(corners).map(|[a, b]| [a.min(b), a.max(b)]);
+                tree.edges.extend(sides.into_iter().filter(|side| self.edges.insert(*side)));
+                tree.vertices.extend(corners.into_iter().filter(|vertex| self.vertices.insert(*vertex)));
+            }
+            let to = [tree.triangles.len(), tree.edges.len(), tree.vertices.len()];
+            let run = |list: usize| [from[list] as u32, to[list] as u32];
+            tree.leaves.push(Leaf { index: leaf, node: index as u32, triangles: run(0), edges: run(1), vertices: run(2) });
+            return;
+        }
+        let places = || features.iter().map(|feature| feature.1);
+        let size = places().fold(Vec3::NEG_INFINITY, Vec3::max) - places().fold(Vec3::INFINITY, Vec3::min);
+        let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or_default();
+        let middle = features.len() / 2;
+        features.select_nth_unstable_by(middle, |a, b| a.1[axis].total_cmp(&b.1[axis]).then(a.0.cmp(&b.0)));
+        let (first, second) = features.split_at_mut(middle);
+        self.split(tree, first);
+        tree.nodes[index].second = tree.nodes.len() as u32;
+        self.split(tree, second);
+        tree.nodes[index].leaves[1] = tree.leaves.len() as u32;
     }
 }

@@ -7,7 +7,7 @@ use crate::scene::{Scene, brief};
 const LEAST: f64 = 2.0;
 
 /// Warns of cloths whose thickness is more than half of their shortest edge, where cloths touch each other: parts that belong together
-/// would push each other away. Bodies see the thickness from outside, and networks touch planes alone.
+/// would push each other away. Bodies see the thickness from outside.
 pub(super) fn cautions(scene: &Scene, cloths: &[ClothRange], springs: &Springs, numbering: &Numbering) -> Vec<String> {
     if !scene.self_contact() {
         return Vec::new();
@@ -22,7 +22,7 @@ pub(super) fn cautions(scene: &Scene, cloths: &[ClothRange], springs: &Springs, 
         let short = edges.clone().filter(is_short).count();
         let [a, b] = springs.ends[shortest].map(|end| numbering.vertex(end) as usize - cloth.first);
         let few = |number: f64| brief(format!("{number:.2e}").parse().unwrap_or(number));
-        (short > 0 && !cloth.is_network).then(|| {
+        (short > 0).then(|| {
             format!(
                 "scene.cloth[{}].thickness = {}: {short} of {} edges are shorter than twice that, the shortest, from vertex {a} to {b}, is \
                  {} m long; where cloth touches itself such parts push each other away: make it at most {} m, or such edges longer",

@@ -2,6 +2,7 @@
 #![allow(dead_code, missing_docs)]
 
 pub mod goldens;
+pub mod lines;
 pub mod oracle;
 
 use std::collections::BTreeMap;

@@ -47,17 +47,17 @@ impl Wanted {
         }
         let closest = Closest::new(kind, &corners.map(|corner| places.x[corner as usize]));
         let length = closest.way.length();
-        // A point and a triangle stand for edges that are closest at an end; of capsules there are edges alone.
-        let of_edges = if radius > 0.0 { &closest.parts[..split] } else { &closest.parts };
-        if length <= 0.0 || kind == Kind::EdgeEdge && of_edges.contains(&0.0) {
+        if length <= 0.0 || kind == Kind::EdgeEdge && is_stood_for(surfaces, owners, &closest) {
             return None;
         }
         let normal = closest.way / length;
         let distance = length - radius;
         let end: DVec3 = (0..4).map(|end| places.ends[corners[end] as usize] * closest.parts[end]).sum();
-        // Where two cloths lie on each other their vertices keep them apart; edges count where these do not.
+        // Where two cloths lie on each other their vertices keep them apart; edges count where these do not. Links have no triangles for
+        // the vertices of others.
         let are_cloths = owners.iter().all(|&owner| (owner as usize) < surfaces.cloths.len());
-        let part = if kind == Kind::EdgeEdge && are_cloths && !are_near { MARGIN_OF_EDGES } else { MARGIN };
+        let are_backed = are_cloths && !are_near && surfaces.are_surfaces(owners);
+        let part = if kind == Kind::EdgeEdge && are_backed { MARGIN_OF_EDGES } else { MARGIN };
         let margin = part * thickness;
         if distance > margin && normal.dot(end) - radius > margin {
             return None;
@@ -67,6 +67,14 @@ impl Wanted {
         let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, target, carried };
         is_nearest(surfaces, places, corners, &closest, split, normal).then_some(wanted)
     }
+}
+
+/// Whether a point and a triangle stand for two edges: those are closest at the end of one of them, and the other one is the side of a
+/// triangle. Links, and what is thick, are sides of none.
+fn is_stood_for(surfaces: &Surfaces, owners: [Owner; 2], closest: &Closest) -> bool {
+    let (one, other) = closest.parts.split_at(Kind::EdgeEdge.split());
+    let is_surface = owners.map(|owner| surfaces.skins[owner as usize].is_surface);
+    one.contains(&0.0) && is_surface[1] || other.contains(&0.0) && is_surface[0]
 }
 
 /// What the turn of a ball or a capsule adds to the relative displacement of two features: its surface is that far from its vertices. The
@@ -91,7 +99,8 @@ pub(super) fn is_near(surfaces: &Surfaces, corners: [u32; 4], split: usize) -> b
     one.iter().any(|&a| other.iter().any(|&b| surfaces.are_near(a, b)))
 }
 
-/// Whether no neighbour of either feature is nearer to the other along the normal.
+/// Whether no neighbour of either feature is nearer to the other along the normal. Between two points of a link there is nothing but the
+/// link, whatever else both are tied to.
 fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: &Closest, split: usize, normal: DVec3) -> bool {
     let side = |range: std::ops::Range<usize>, toward: DVec3| {
         let counts = range.filter(|&end| closest.parts[end] != 0.0);
@@ -108,6 +117,7 @@ fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: 
         };
         match count {
             1 => !surfaces.ring.of(vertices[0] as usize).iter().any(|&other| is_nearer(other)),
+            2 if !surfaces.skins[surfaces.owners[vertices[0] as usize] as usize].is_surface => true,
             2 => {
                 let other = surfaces.ring.of(vertices[1] as usize);
                 let both = |vertex: &&u32| other.binary_search(vertex).is_ok();

@@ -77,8 +77,8 @@ impl Tangle {
         count
     }
 
-    /// Finds triangles that come nearer to the middle of a sphere or the line of a capsule than its radius. Those without vertices
-    /// inside are asked away. Returns how many there are.
+    /// Finds triangles and links that come nearer to the middle of a sphere or the line of a capsule than its radius. Those without
+    /// vertices inside are asked away. Returns how many there are.
     pub(super) fn find_thick(&mut self, surfaces: &Surfaces, x: &[DVec3], most: f64) -> usize {
         let mut count = 0;
         for thick in &surfaces.thick {
@@ -87,21 +87,28 @@ impl Tangle {
             let bounds = around(from, radius).and(around(to, radius));
             for (cloth, tree) in surfaces.cloths.iter().enumerate() {
                 let thickness = surfaces.thickness([cloth as Owner, thick.owner]);
+                let mut take = |corners: &[u32], (distance, nearest): (f64, Option<Nearest>)| {
+                    if radius - distance <= SHALLOW * thickness {
+                        return;
+                    }
+                    count += 1;
+                    if corners.iter().any(|&corner| self.sunk.binary_search(&(corner, thick.owner)).is_ok()) {
+                        return;
+                    }
+                    if let Some((split, corners, Closest { way, parts })) = nearest.filter(|_| distance > 0.0) {
+                        let push = most.min(radius - distance + thickness);
+                        self.asked.push(Asked { corners, parts, split, normal: way / distance, push });
+                    }
+                };
                 tree.within(&bounds, true, |leaf| {
                     for triangle in range(leaf.triangles).filter(|&triangle| bounds.meets(&tree.triangle_bounds[triangle])) {
                         let corners = tree.triangles[triangle];
-                        let (distance, nearest) = to_thick(thick, corners, x);
-                        if radius - distance <= SHALLOW * thickness {
-                            continue;
-                        }
-                        count += 1;
-                        if corners.iter().any(|&corner| self.sunk.binary_search(&(corner, thick.owner)).is_ok()) {
-                            continue;
-                        }
-                        if let Some((split, corners, Closest { way, parts })) = nearest.filter(|_| distance > 0.0) {
-                            let push = most.min(radius - distance + thickness);
-                            self.asked.push(Asked { corners, parts, split, normal: way / distance, push });
-                        }
+                        take(&corners, to_thick(thick, corners, x));
+                    }
+                    let links = range(leaf.edges).filter(|_| !tree.is_surface());
+                    for link in links.filter(|&link| bounds.meets(&tree.edge_bounds[link])) {
+                        let ends = tree.edges[link];
+                        take(&ends, link_to_thick(thick, ends, x));
                     }
                 });
             }
@@ -207,13 +214,16 @@ fn leaves(surfaces: &Surfaces, [a, b]: [&Tree; 2], [one, two]: [&Leaf; 2], x: &[
 /// A pair: where its first feature ends, its corners, and where it is closest.
 type Nearest = (usize, [u32; 4], Closest);
 
+/// A pair with its distance [m].
+fn pair_of(kind: Kind, corners: [u32; 4], x: &[DVec3]) -> (f64, Option<Nearest>) {
+    let closest = Closest::new(kind, &corners.map(|corner| x[corner as usize]));
+    (closest.way.length(), Some((kind.split(), corners, closest)))
+}
+
 /// How near a triangle comes to the middle of a sphere or the line of a capsule [m], and the pair that does; none if the line passes
 /// through it.
 fn to_thick(thick: &Thick, [a, b, c]: [u32; 3], x: &[DVec3]) -> (f64, Option<Nearest>) {
-    let pair = |kind: Kind, corners: [u32; 4]| {
-        let closest = Closest::new(kind, &corners.map(|corner| x[corner as usize]));
-        (closest.way.length(), Some((kind.split(), corners, closest)))
-    };
+    let pair = |kind: Kind, corners: [u32; 4]| pair_of(kind, corners, x);
     let [from, to] = [thick.vertices.start, thick.vertices.end - 1];
     let first = pair(Kind::PointTriangle, [from, a, b, c]);
     if from == to {
@@ -225,4 +235,9 @@ fn to_thick(thick: &Thick, [a, b, c]: [u32; 3], x: &[DVec3]) -> (f64, Option<Nea
     let sides = [[a, b], [b, c], [c, a]].map(|[p, q]| pair(Kind::EdgeEdge, [from, to, p, q]));
     let others = [pair(Kind::PointTriangle, [to, a, b, c])].into_iter().chain(sides);
     others.fold(first, |best, other| if other.0 < best.0 { other } else { best })
+}
+
+/// How near a link comes to them [m], and the pair that does.
+fn link_to_thick(thick: &Thick, [a, b]: [u32; 2], x: &[DVec3]) -> (f64, Option<Nearest>) {
+    pair_of(Kind::EdgeEdge, [thick.vertices.start, thick.vertices.end - 1, a, b], x)
 }

@@ -2,7 +2,8 @@
 //!
 //! Of two cloths with different layers the one with the higher layer is outside. Which side of the inner one is its outer one is said by
 //! the bodies, as it looks away from them; without bodies by its own shape, as it looks away from its middle; if it is flat, by the outer
-//! cloth, most of which is there. Of two cloths of one layer each is on the side where most of it is already.
+//! cloth, most of which is there. Of two cloths of one layer each is on the side where most of it is already. A network has no sides: it
+//! goes to one side of the cloth that it crosses, whichever of them is outside.
 
 use std::collections::VecDeque;
 
@@ -50,14 +51,19 @@ impl Tangle {
         meetings.dedup();
         for [one, other] in meetings {
             let is_layered = self.layers[one as usize] != self.layers[other as usize];
-            let (inner, outer) =
+            let (mut inner, mut outer) =
                 if self.layers[one as usize] <= self.layers[other as usize] { (one, other) } else { (other, one) };
+            let mut looks = 1.0;
+            if !surfaces.skins[inner as usize].is_surface {
+                (inner, outer, looks) = (outer, inner, -1.0);
+            }
             let trees = [inner, outer].map(|cloth| &surfaces.cloths[cloth as usize]);
             let thickness = surfaces.thickness([inner, outer]);
             let reach = (REACH * self.cell).max(REACH_OF_THICKNESS * thickness);
             let sign = Some(())
                 .filter(|()| is_layered)
                 .and_then(|()| self.away_from_bodies(surfaces, trees[0], x).or_else(|| away_from_middle(trees[0], x)))
+                .map(|sign| sign * looks)
                 .unwrap_or_else(|| self.majority(trees, x, reach));
             let outwards: Vec<DVec3> = self.normals.iter().map(|normal| *normal * sign).collect();
             let facing = |tree, sign| Facing { tree, sign, outwards: &outwards, reach, thickness, most };

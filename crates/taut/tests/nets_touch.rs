@@ -1,0 +1,288 @@
+//! Networks touch bodies, cloths, each other and themselves: no link crosses anything, the limit is kept, friction is Coulomb's. What is
+//! looked at is measured here, by other means than those of the engine.
+#![allow(missing_docs)]
+
+mod common;
+
+use common::Simulation;
+use common::lines::Watch;
+use common::oracle::{pierces, places};
+use glam::DVec3;
+use serde_json::{Value, json};
+
+/// A net of so many cells along each side; `place` takes coordinates from 0 to 1.
+fn net(cells: [u32; 2], mass: f64, place: impl Fn(f64, f64) -> DVec3) -> Value {
+    let across = cells[0] + 1;
+    let points: Vec<[f64; 3]> = (0..across * (cells[1] + 1))
+        .map(|point| {
+            let [i, j] = [point % across, point / across].map(f64::from);
+            place(i / f64::from(cells[0]), j / f64::from(cells[1])).to_array()
+        })
+        .collect();
+    let along = (0..=cells[1]).flat_map(|j| (0..cells[0]).map(move |i| j * across + i)).map(|a| [a, a + 1]);
+    let up = (0..cells[1]).flat_map(|j| (0..across).map(move |i| j * across + i)).map(|a| [a, a + across]);
+    let links: Vec<[u32; 2]> = along.chain(up).collect();
+    of_network(json!({ "points": points, "links": links, "mass": mass / f64::from(across * (cells[1] + 1)) }))
+}
+
+/// A rope of so many links; `place` takes a coordinate from 0 to 1.
+fn rope(links: u32, mass: f64, place: impl Fn(f64) -> DVec3) -> Value {
+    let points: Vec<[f64; 3]> = (0..=links).map(|point| place(f64::from(point) / f64::from(links)).to_array()).collect();
+    of_network(json!({ "points": points, "links": common::chain_links(links), "mass": mass / f64::from(links + 1) }))
+}
+
+fn of_network(network: Value) -> Value {
+    json!({
+        "network": network, "stiffness": 200.0, "damping": 0.01, "strain_limit": 0.03, "thickness": 0.006, "friction": 0.3,
+        "air_drag": 0.5,
+    })
+}
+
+fn with(mut cloth: Value, field: &str, value: Value) -> Value {
+    cloth[field] = value;
+    cloth
+}
+
+fn floor() -> Value {
+    json!({ "plane": { "point": [0, 0, 0], "normal": [0, 0, 1] }, "friction": 0.3 })
+}
+
+fn simulation(cloths: Value, bodies: Value) -> Simulation {
+    Simulation::new(&json!({ "cloth": cloths, "body": bodies }))
+}
+
+/// How many edges and links pass through triangles.
+fn crossings(run: &Simulation) -> usize {
+    let model = &run.model;
+    let x: Vec<DVec3> = places(run).into_iter().chain(run.state.bodies.iter().copied()).collect();
+    let count = model.particle_count() as u32;
+    let of_bodies = model.bodies.triangles.iter().map(|corners| corners.map(|corner| corner + count));
+    let triangles: Vec<[DVec3; 3]> =
+        model.triangles.iter().copied().chain(of_bodies).map(|corners| corners.map(|corner| x[corner as usize])).collect();
+    let nets = model.cloths.iter().filter(|cloth| cloth.is_network);
+    let links = nets.flat_map(|net| &model.springs.ends[net.springs.clone()]).map(|ends| ends.map(|end| x[end as usize]));
+    links.map(|link| triangles.iter().filter(|corners| pierces(link, **corners)).count()).sum()
+}
+
+/// Steps frame by frame; every step is measured by the engine, and looked at here. Returns the least distance at its end, as a part of the
+/// thickness.
+fn run(run: &mut Simulation, frames: u64, mut look: impl FnMut(&Simulation)) -> f64 {
+    let limit = run.model.cloths.iter().map(|cloth| cloth.strain_limit).fold(0.0, f64::max);
+    let mut watch = Watch::new(run);
+    let mut least = f64::INFINITY;
+    for frame in 1..=frames {
+        for _ in 0..run.model.schedule.substeps {
+            let report = run.steps(1);
+            assert!(report.worst_stretch <= limit * (1.0 + 1e-5), "frame {frame}: stretched by {}", report.worst_stretch);
+            let seen = watch.look(run);
+            assert_eq!(seen.passed, 0, "frame {frame}: {seen:?} {report:?}");
+            least = seen.least;
+        }
+        assert_eq!(crossings(run), 0, "frame {frame}");
+        look(run);
+        if std::env::var("SHOW").is_ok() {
+            let report = run.steps(1);
+            watch = Watch::new(run);
+            println!("{frame} {least:.3} {:?} cuts {} contacts {}", report.closest, report.contact_cuts, report.contacts);
+        }
+    }
+    least
+}
+
+#[test]
+fn a_net_falls_on_a_ball_and_drapes() {
+    for cells in [8, 13] {
+        let ball = json!({ "sphere": { "center": [0.03, 0.02, 0.4], "radius": 0.3 }, "friction": 0.4 });
+        let net = net([cells; 2], 0.2, |u, v| DVec3::new(1.2 * u - 0.6, 1.2 * v - 0.6, 0.72));
+        let mut run_of = simulation(json!([net]), json!([floor(), ball]));
+        let least = run(&mut run_of, 90, |_| ());
+        assert!(least > 0.5 && least < 1.2, "{cells} cells: whole links are one thickness away: {least}");
+        let x = places(&run_of);
+        let middle: DVec3 = x.iter().sum::<DVec3>() / x.len() as f64;
+        assert!((0.25..0.6).contains(&middle.z), "{cells} cells: it lies on the ball: {middle}");
+        assert!(x.iter().all(|place| place.z > 0.0));
+    }
+}
+
+#[test]
+fn a_net_hangs_on_the_corner_of_a_box() {
+    for cells in [9, 14] {
+        let cube = json!({ "box": { "center": [0.02, 0.01, 0.35], "size": [0.4, 0.4, 0.4], "rotate": [45, 35.264, 0] }, "friction": 0.5 });
+        let net = net([cells; 2], 0.2, |u, v| DVec3::new(1.2 * u - 0.6, 1.2 * v - 0.6, 0.72));
+        let mut hung = simulation(json!([net]), json!([floor(), cube]));
+        let least = run(&mut hung, 90, |_| ());
+        assert!(least > 0.5 && least < 1.2, "{cells} cells: {least}");
+        let highest = places(&hung).iter().map(|place| place.z).fold(0.0, f64::max);
+        assert!(highest > 0.5, "{cells} cells: it hangs on the corner: {highest}");
+    }
+}
+
+#[test]
+fn a_rope_hangs_over_a_capsule_however_its_links_lie() {
+    for links in [7, 24] {
+        let rod = json!({ "capsule": { "from": [-0.2, 0, 0.6], "to": [0.2, 0.05, 0.6], "radius": 0.08 }, "friction": 0.5 });
+        let rope = rope(links, 0.1, |s| DVec3::new(0.02, 1.1 * s - 0.55, 0.71));
+        let mut hung = simulation(json!([rope]), json!([floor(), rod]));
+        let least = run(&mut hung, 120, |_| ());
+        assert!(least > 0.7 && least < 1.1, "{links} links: {least}");
+        let x = places(&hung);
+        let highest = x.iter().map(|place| place.z).fold(0.0, f64::max);
+        assert!(highest > 0.6 && x[0].z < 0.5, "{links} links: it hangs on the rod: {x:?}");
+    }
+}
+
+#[test]
+fn a_rope_hangs_on_the_end_of_a_capsule_and_on_a_small_ball() {
+    // Neither has an edge or a triangle there: the nearest place is a vertex, and the inside of a link.
+    let post = json!({ "capsule": { "from": [0, 0, 0.1], "to": [0, 0, 0.5], "radius": 0.03 }, "friction": 0.5 });
+    let ball = json!({ "sphere": { "center": [0, 0, 0.5], "radius": 0.03 }, "friction": 0.5 });
+    for body in [post, ball] {
+        let held = |x: f64| {
+            let rope = rope(3, 0.05, |s| DVec3::new(x, 0.6 * s - 0.3, 0.55));
+            with(rope, "pins", json!([{ "vertices": [0, 3], "move": [[1.0, [0, 0, -0.25]]] }]))
+        };
+        let mut hung = simulation(json!([held(0.003)]), json!([body]));
+        let mut highest = 0.0;
+        let least = run(&mut hung, 50, |hung| highest = places(hung).iter().map(|place| place.z).fold(0.0, f64::max));
+        assert!(least > 0.5 && least < 1.2, "on {body}: {least}");
+        assert!(highest > 0.45, "on {body}: {highest}");
+    }
+}
+
+/// How far a rope of two and a half turns around a rod slides in half a second, with ends of 0.15 and 0.45 m [m].
+fn unwinds(friction: f64) -> f64 {
+    let rod = json!({ "capsule": { "from": [-0.3, 0, 0.8], "to": [0.3, 0, 0.8], "radius": 0.05 }, "friction": friction });
+    let (ends, radius, links) = ([0.15, 0.45], 0.0545, 120);
+    let around = 5.0 * std::f64::consts::PI * radius;
+    let rope = rope(links, 0.05, |s| {
+        // Up on one side, around, down on the other.
+        let along = s * (ends[0] + around + ends[1]) - ends[0];
+        let angle = along.clamp(0.0, around) / radius;
+        let down = along.min(0.0) - (along - around).max(0.0);
+        DVec3::new(0.06 * angle / 15.7, -radius * angle.cos(), 0.8 + radius * angle.sin() + down)
+    });
+    let mut wound = simulation(json!([with(rope, "friction", json!(friction))]), json!([rod]));
+    run(&mut wound, 20, |_| ());
+    let before = places(&wound);
+    let least = run(&mut wound, 30, |_| ());
+    assert!(least > 0.5 && least < 1.2, "at {friction}: {least}");
+    let last = links as usize;
+    before[last].z - places(&wound)[last].z
+}
+
+#[test]
+fn a_rope_wound_around_a_rod_holds_by_friction() {
+    // Ends of three to one hold from mu = ln 3 / (5 pi) = 0.07 on.
+    let [slippery, rough] = [0.02, 0.2].map(unwinds);
+    println!("{slippery} {rough}");
+    assert!(slippery > 0.1 && rough.abs() < 0.005, "it slides by {slippery} m and {rough} m");
+}
+
+#[test]
+fn a_sheet_lies_in_a_hammock() {
+    for (cells, across) in [(6, 24), (12, 10)] {
+        let net = net([cells; 2], 0.2, |u, v| DVec3::new(0.8 * u - 0.4, 0.8 * v - 0.4, 0.4));
+        let side = cells + 1;
+        let pins = json!([{ "vertices": [0, cells, cells * side, side * side - 1] }]);
+        let sheet = json!({
+            "grid": { "size": [0.4, 0.4], "cells": [across, across], "axes": ["x", "y"], "origin": [-0.19, -0.21, 0.43] },
+            "strain_limit": 0.05, "thickness": 0.004, "friction": 0.3, "density": 0.3,
+        });
+        let mut hammock = simulation(json!([with(net, "pins", pins), sheet]), json!([]));
+        run(&mut hammock, 80, |_| ());
+        let lowest = places(&hammock).iter().map(|place| place.z).fold(f64::INFINITY, f64::min);
+        assert!(lowest > 0.0, "{cells} cells: the sheet lies in the net: {lowest}");
+    }
+}
+
+#[test]
+fn a_rope_falls_across_another_one() {
+    for links in [5, 20] {
+        let held = with(rope(2 * links, 0.1, |s| DVec3::new(s - 0.5, 0.0, 0.5)), "pins", json!([{ "vertices": [0, 2 * links] }]));
+        let free = rope(links, 0.05, |s| DVec3::new(0.013, 0.8 * s - 0.4, 0.53));
+        let mut ropes = simulation(json!([held, free]), json!([]));
+        let least = run(&mut ropes, 100, |_| ());
+        assert!(least > 0.8 && least < 1.1, "{links} links: {least}");
+        let second = places(&ropes).split_off(2 * links as usize + 1);
+        let highest = second.iter().map(|place| place.z).fold(f64::NEG_INFINITY, f64::max);
+        assert!(highest > 0.35, "{links} links: it hangs over the other one: {highest}");
+    }
+}
+
+#[test]
+fn a_net_falls_on_its_edge_and_heaps() {
+    let net = net([10, 14], 0.2, |u, v| DVec3::new(0.5 * u - 0.25, 0.02 * (7.0 * v).sin(), 0.03 + 0.7 * v));
+    let mut heap = simulation(json!([net]), json!([floor()]));
+    run(&mut heap, 90, |_| ());
+    let highest = places(&heap).iter().map(|place| place.z).fold(0.0, f64::max);
+    assert!(highest < 0.3, "it lies in a heap: {highest}");
+}
+
+#[test]
+fn a_fast_ball_does_not_pass_a_net() {
+    for speed in [5.0_f64, 20.0] {
+        let thrown = json!({
+            "sphere": { "center": [0.32, -0.4, 0.27], "radius": 0.09 },
+            "move": [[0.1, [0, 0, 0]], [0.1 + 0.8 / speed, [0, 0.8, 0]]],
+        });
+        // Cells of 6 cm, a ball of 18 cm.
+        let held = with(net([10, 10], 0.1, |u, v| DVec3::new(0.6 * u, 0.0, 0.6 * v)), "pins", json!([{ "box": [[-1, -1, 0.599], [1, 1, 0.7]] }]));
+        // Steps in which the ball goes no further than a cell: the way between two looks is straight.
+        let substeps = (speed / 60.0 / 0.05).ceil().max(4.0) as u32;
+        let mut goal = Simulation::new(&json!({ "cloth": [held], "body": [thrown], "solver": { "substeps": substeps } }));
+        run(&mut goal, 12 + (48.0 / speed) as u64, |_| ());
+        assert!((goal.state.bodies[0].y - 0.4).abs() < 1e-9, "{speed} m/s: it has arrived");
+        let lowest = places(&goal).iter().map(|place| place.y).fold(f64::INFINITY, f64::min);
+        assert!(lowest > -0.1, "{speed} m/s: the net is not behind it: {lowest}");
+        let beyond = places(&goal).iter().filter(|place| place.y > 0.4).count();
+        assert!(beyond > 0, "{speed} m/s: the net is in front of the ball");
+        run(&mut goal, 24, |_| ());
+    }
+}
+
+/// How far a rope or a net slides down the side of a box within a second [m].
+fn slides(net: bool, degrees: f64, friction: f64) -> f64 {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    let slope = json!({ "box": { "center": [-0.2 * sine, 0, -0.2 * cosine], "size": [8, 2, 0.4], "rotate": [0, degrees, 0] }, "friction": friction });
+    let height = 0.004 + 1e-6;
+    let place = |u: f64, v: f64| DVec3::new(u * cosine + height * sine, v, height * cosine - u * sine);
+    let of = if net {
+        self::net([5, 4], 0.05, |u, v| place(0.2 * u, 0.2 * v))
+    } else {
+        // A rope in waves, across the slope and along it.
+        rope(20, 0.05, |s| place(0.03 * (9.0 * s).sin() + 0.2 * s, 0.4 * s - 0.2))
+    };
+    let of = with(with(of, "friction", json!(friction)), "air_drag", json!(0.0));
+    let mut thing = simulation(json!([of]), json!([slope]));
+    let mean = |thing: &Simulation| places(thing).iter().sum::<DVec3>() / places(thing).len() as f64;
+    let before = mean(&thing);
+    let steps = 60 * u64::from(thing.model.schedule.substeps);
+    thing.steps(steps);
+    (mean(&thing) - before).dot(DVec3::new(cosine, 0.0, -sine))
+}
+
+#[test]
+fn friction_is_that_of_coulomb() {
+    for (net, friction) in [(false, 0.2_f64), (true, 0.5)] {
+        let slope = friction.atan().to_degrees();
+        let stuck = slides(net, (0.95 * friction).atan().to_degrees(), friction);
+        assert!(stuck.abs() < 1e-3, "slid by {stuck} at {friction}");
+        let steeper = 1.1 * slope;
+        let (sine, cosine) = steeper.to_radians().sin_cos();
+        let exact = 0.5 * 9.81 * (sine - friction * cosine);
+        let slid = slides(net, steeper, friction);
+        assert!((slid / exact - 1.0).abs() < 0.05, "slid by {slid} instead of {exact} at {friction}");
+    }
+}
+
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let hash = |threads: usize| {
+        let ball = json!({ "sphere": { "center": [0.03, 0.02, 0.4], "radius": 0.3 } });
+        let net = net([30, 30], 0.2, |u, v| DVec3::new(1.2 * u - 0.6, 1.2 * v - 0.6, 0.72));
+        let mut run = Simulation::on_threads(&json!({ "cloth": [net], "body": [floor(), ball] }), threads);
+        run.steps(30);
+        run.state.hash()
+    };
+    assert_eq!(hash(1), hash(3));
+}
