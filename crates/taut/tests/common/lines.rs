@@ -75,12 +75,11 @@ impl Watch {
         let mut seen = Seen { least: f64::INFINITY, passed: 0 };
         let boxes = |features: &[Feature]| -> Vec<[DVec3; 2]> { features.iter().map(|of| self.around(&before, of)).collect() };
         let [links, edges, triangles, points] = [&self.links, &self.edges, &self.triangles, &self.points].map(|of| boxes(of));
-        let lists = [(&self.links, &links, &self.links, &links), (&self.links, &links, &self.edges, &edges), (
-            &self.points,
-            &points,
-            &self.triangles,
-            &triangles,
-        )];
+        let lists = [
+            (&self.links, &links, &self.links, &links),
+            (&self.links, &links, &self.edges, &edges),
+            (&self.points, &points, &self.triangles, &triangles),
+        ];
         for (index, (ones, of_ones, others, of_others)) in lists.into_iter().enumerate() {
             for (at, (one, span)) in ones.iter().zip(of_ones).enumerate() {
                 for (other, to) in others.iter().zip(of_others).skip(if index == 0 { at + 1 } else { 0 }) {

@@ -3,6 +3,7 @@
 
 pub mod goldens;
 pub mod lines;
+pub mod nets;
 pub mod oracle;
 
 use std::collections::BTreeMap;
