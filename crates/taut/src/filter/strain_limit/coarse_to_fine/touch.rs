@@ -54,8 +54,13 @@ pub(super) struct Touch {
     pushed: Vec<usize>,
 }
 
-/// The unit of each particle, and the particle's number in its cloth.
-struct WhereIs(Vec<(u32, u32)>);
+/// The unit of each particle, and the particle's number in its cloth; and the particles that no spring is tied to, with how far each
+/// particle goes so far if there are any [m].
+struct WhereIs {
+    places: Vec<(u32, u32)>,
+    loose: Vec<u32>,
+    ways: Vec<Vec3>,
+}
 
 impl Touch {
     pub fn new(model: &Model, units: &[Unit]) -> Option<Self> {
@@ -67,7 +72,7 @@ impl Touch {
         }
         Some(Self {
             contact,
-            where_is: WhereIs(where_is),
+            where_is: WhereIs::new(where_is),
             proposed: Vectors::default(),
             velocities: Vectors::default(),
             bodies: vec![DVec3::ZERO; model.bodies.rest.len()],
@@ -108,6 +113,7 @@ impl Touch {
             }
             self.descents.push(descent);
         }
+        self.where_is.load(&state.positions, ends);
         // 1
         self.contact.start(model, &state.origins, &state.positions, &state.bodies);
         limited.penetrations = self.contact.untangle(state.may_cross, stride.plan.length) as u32;
@@ -255,6 +261,13 @@ impl Touch {
             }
             self.rates.push(unit.tell_velocities(stride, state, ends, corrections, descent, pool));
         }
+        for (particle, way) in self.where_is.loose() {
+            let (start, proposed) = (state.positions.get(particle), ends.get(particle));
+            if way != proposed - start {
+                ends.set(particle, start + way);
+                state.velocities.set(particle, state.velocities.get(particle) + (start + way - proposed) / step);
+            }
+        }
         // What was pushed has the velocity with which it goes.
         self.pushed.clear();
         self.pushed.extend(self.contact.rows.pushed());
@@ -330,19 +343,38 @@ impl Touch {
 }
 
 impl WhereIs {
+    fn new(places: Vec<(u32, u32)>) -> Self {
+        let loose: Vec<u32> = (0..).zip(&places).filter(|(_, place)| place.0 == NONE).map(|(particle, _)| particle).collect();
+        let ways = if loose.is_empty() { Vec::new() } else { vec![Vec3::ZERO; places.len()] };
+        Self { places, loose, ways }
+    }
+
+    /// Takes where particles that no spring is tied to are proposed to go.
+    fn load(&mut self, positions: &Vectors, ends: &Vectors) {
+        for particle in self.loose.iter().map(|&particle| particle as usize) {
+            self.ways[particle] = ends.get(particle) - positions.get(particle);
+        }
+    }
+
+    /// Particles that no spring is tied to, and how far they go so far [m].
+    fn loose(&self) -> impl Iterator<Item = (usize, Vec3)> {
+        self.loose.iter().map(|&particle| (particle as usize, self.ways[particle as usize]))
+    }
+
     /// The unit of a particle, if it has one, and its number in the cloth.
     fn of(&self, particle: usize) -> Option<(usize, usize)> {
-        let (unit, own) = self.0[particle];
+        let (unit, own) = self.places[particle];
         (unit != NONE).then_some((unit as usize, own as usize))
     }
 
     fn displacement(&self, units: &[Unit], particle: usize) -> Vec3 {
-        self.of(particle).map_or(Vec3::ZERO, |(unit, own)| units[unit].levels().displacement(own))
+        self.of(particle).map_or_else(|| self.ways[particle], |(unit, own)| units[unit].levels().displacement(own))
     }
 
-    fn shift(&self, units: &mut [Unit], particle: usize, way: Vec3) {
-        if let Some((unit, own)) = self.of(particle) {
-            units[unit].levels_mut().shift(own, way);
+    fn shift(&mut self, units: &mut [Unit], particle: usize, way: Vec3) {
+        match self.of(particle) {
+            Some((unit, own)) => units[unit].levels_mut().shift(own, way),
+            None => self.ways[particle] += way,
         }
     }
 
@@ -352,7 +384,7 @@ impl WhereIs {
     }
 
     /// Has the few rows that are not kept and the springs around them agree, where these alone keep a cloth from going on.
-    fn agree(&self, rows: &mut Rows, units: &mut [Unit], model: &Model) {
+    fn agree(&mut self, rows: &mut Rows, units: &mut [Unit], model: &Model) {
         if !rows.find_unkept((FEW * rows.len() as f32) as usize + 1) {
             return;
         }
@@ -371,7 +403,7 @@ impl WhereIs {
     }
 
     /// Projects rows, and tells the levels.
-    fn sweep(&self, rows: &mut Rows, units: &mut [Unit]) {
+    fn sweep(&mut self, rows: &mut Rows, units: &mut [Unit]) {
         rows.sweep();
         rows.scatter(|particle, way| self.shift(units, particle, way));
     }
