@@ -9,6 +9,7 @@ use common::lines::Watch;
 use common::nets::{crossings, net, rope, with};
 use common::oracle::places;
 use glam::DVec3;
+use proptest::prelude::*;
 use serde_json::{Value, json};
 
 fn floor() -> Value {
@@ -244,4 +245,59 @@ fn bits_do_not_depend_on_threads() {
         run.state.hash()
     };
     assert_eq!(hash(1), hash(3));
+}
+
+#[test]
+fn points_without_links_are_grains() {
+    // Four fall on a ball, a rope, a sheet and the floor, and one on another.
+    let grains = json!({
+        "network": { "points": [[0, 0, 0.35], [1, 0.02, 0.3], [2.03, 0.01, 0.3], [3, 0, 0.2], [3.0001, 0, 0.3]], "links": [], "mass": 0.001 },
+        "thickness": 0.01, "friction": 1.0, "air_drag": 0.5,
+    });
+    let held = with(rope(4, 0.1, |s| DVec3::new(0.5 + s, 0.02, 0.25)), "pins", json!([{ "vertices": [0, 1, 2, 3, 4] }]));
+    let sheet = json!({
+        "grid": { "size": [0.4, 0.4], "cells": [6, 6], "axes": ["x", "y"], "origin": [1.8, -0.2, 0.2] }, "thickness": 0.004, "friction": 1.0,
+        "pins": [{ "edge": "left" }, { "edge": "right" }],
+    });
+    let ball = json!({ "sphere": { "center": [0, 0, 0.2], "radius": 0.1 }, "friction": 1.0 });
+    let mut fallen = simulation(json!([grains, held, sheet]), json!([floor(), ball]));
+    run(&mut fallen, 30, |_| ());
+    assert_eq!(fallen.steps(8).contact_cuts, 0, "rows hold them, not the certificate");
+    let x = places(&fallen);
+    let expected = [0.306, 0.258, 0.2, 0.006, 0.016];
+    for (index, (grain, height)) in x[..5].iter().zip(expected).enumerate() {
+        // The sheet sags.
+        let room = if index == 2 { 0.05 } else { 0.0005 };
+        assert!((grain.z - height).abs() < room, "{grain} instead of {height}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(10))]
+
+    #[test]
+    fn random_bodies_are_not_passed(
+        kind in 0_usize..4,
+        at in prop::array::uniform3(-0.15_f64..0.15),
+        size in 0.04_f64..0.2,
+        turn in prop::array::uniform3(0.0_f64..90.0),
+        speed in prop::array::uniform3(-2.0_f64..2.0),
+        thickness in 0.001_f64..0.008,
+        friction in 0.0_f64..0.8,
+        cells in 4_u32..14,
+    ) {
+        let [x, y, z] = at;
+        let mut body = match kind {
+            0 => json!({ "sphere": { "center": [x, y, z], "radius": size } }),
+            1 => json!({ "capsule": { "from": [x - 0.2, y, z], "to": [x + 0.2, y + 0.1, z], "radius": 0.6 * size } }),
+            2 => json!({ "capsule": { "from": [x, y, z - 0.1], "to": [x + 0.1 * size, y, z + 0.1], "radius": 0.2 * size } }),
+            _ => json!({ "box": { "center": [x, y, z], "size": [size, 1.5 * size, size], "rotate": turn } }),
+        };
+        body["friction"] = json!(friction);
+        body["move"] = json!([[0.1, [0, 0, 0]], [0.3, speed.map(|part| 0.2 * part)]]);
+        let of = net([cells; 2], 0.1, |u, v| DVec3::new(0.6 * u - 0.3, 0.6 * v - 0.3, 0.4));
+        let of = with(with(of, "thickness", json!(thickness)), "friction", json!(friction));
+        let mut thrown = simulation(json!([of]), json!([body]));
+        run(&mut thrown, 36, |_| ());
+    }
 }
