@@ -17,11 +17,11 @@ class Seen:
     """What there is to see at a moment."""
 
     intersects: bool
-    """Whether triangles intersect."""
+    """Whether triangles intersect, or links pass through them."""
     crosses: bool
     """Whether something met something on the straight way since the last look."""
     inside: tuple[str, ...]
-    """Names of spheres, capsules and planes that a triangle reaches into."""
+    """Names of spheres, capsules and planes that a triangle or a link reaches into."""
 
     @property
     def clean(self) -> bool:
@@ -74,8 +74,16 @@ def _world(simulation: Simulation) -> tuple[Points, NDArray[np.int32], NDArray[n
             faces.append(np.searchsorted(_used(body), body.triangles).astype(np.int32) + np.int32(first))
         first += len(_used(body))
     triangles = np.concatenate(faces).astype(np.int32)
-    edges = np.concatenate([ipctk.edges(triangles), np.array(rods, np.int32).reshape(-1, 2)])
+    # The toolkit finds no edges of no triangles.
+    sides = [ipctk.edges(triangles)] if len(triangles) else []
+    edges = np.concatenate([*sides, links_of(simulation), np.array(rods, np.int32).reshape(-1, 2)])
     return _places(simulation, bodies), edges.astype(np.int32), triangles
+
+
+def links_of(simulation: Simulation) -> NDArray[np.int32]:
+    """The links of networks, pairs of vertices: what no triangle has."""
+    links = simulation.springs[simulation.spring_kind == 0]
+    return links[~np.isin(links, simulation.faces).any(axis=1)]
 
 
 def _used(body: Body) -> NDArray[np.int64]:
@@ -86,15 +94,17 @@ def _used(body: Body) -> NDArray[np.int64]:
 
 
 def _reached(simulation: Simulation, bodies: Mapping[str, Body]) -> list[str]:
-    """Spheres, capsules and planes that are not clear of all triangles."""
+    """Spheres, capsules and planes that are not clear of all triangles and links."""
     places = simulation.exact_positions
-    corners = places[simulation.faces]
+    corners, links = places[simulation.faces], places[links_of(simulation)]
     found = []
     for name, body in bodies.items():
         if body.shape == "plane":
             clear = bool(((places - body.positions[0]) @ normal_of(body) > 0).all())
         elif body.shape in ("sphere", "capsule"):
-            clear = distance(corners, np.asarray(body.positions), body.radius) > body.radius
+            line = np.asarray(body.positions)
+            nearest = min(distance(corners, line, body.radius), distance_of_links(links, line))
+            clear = nearest > body.radius
         else:
             continue
         if not clear:
@@ -121,6 +131,17 @@ def distance(corners: Points, line: Points, within: float = np.inf) -> float:
             ends = corners[:, a], corners[:, (a + 1) % 3]
             found = min(found, float(_segments_from_segments(start, end, *ends).min()))
     return float(np.sqrt(found))
+
+
+def distance_of_links(links: Points, line: Points) -> float:
+    """The least distance of links, shape (n, 2, 3), from a point (1, 3) or a line between two (2, 3) [m]."""
+    if not len(links):
+        return np.inf
+    start, end = links[:, 0], links[:, 1]
+    if len(line) == 1:
+        points = np.broadcast_to(line, start.shape)
+        return float(np.sqrt(_points_from_segments(points, start, end).min()))
+    return float(np.sqrt(_segments_from_segments(line[0], line[1], start, end).min()))
 
 
 def _points_from_segments(points: Points, start: Points, end: Points) -> Points:
