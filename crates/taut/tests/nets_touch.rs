@@ -4,10 +4,10 @@
 
 mod common;
 
-use common::Simulation;
 use common::lines::Watch;
 use common::nets::{crossings, net, rope, with};
 use common::oracle::places;
+use common::{Simulation, model};
 use glam::DVec3;
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -163,6 +163,47 @@ fn a_rope_falls_across_another_one() {
         let highest = second.iter().map(|place| place.z).fold(f64::NEG_INFINITY, f64::max);
         assert!(highest > 0.35, "{links} links: it hangs over the other one: {highest}");
     }
+}
+
+#[test]
+fn the_cells_of_a_net_close_until_their_links_touch() {
+    // Hung from one corner its cells become narrow; links joined by one other keep their thickness.
+    let net = net([9, 9], 0.2, |u, v| DVec3::new(0.54 * u, 0.0, 0.54 * v));
+    let net = with(with(net, "thickness", json!(0.012)), "pins", json!([{ "vertices": [99] }]));
+    let mut hung = simulation(json!([with(net, "air_drag", json!(2.0))]), json!([]));
+    let least = run(&mut hung, 150, |_| ());
+    assert!(least > 0.5 && least < 1.1, "{least}");
+}
+
+#[test]
+fn a_rope_may_be_thicker_than_its_links_are_long() {
+    let rope = |thickness: f64, place: fn(f64) -> DVec3| with(rope(60, 0.05, place), "thickness", json!(thickness));
+    let straight = |s: f64| DVec3::new(0.6 * s, 0.0, 0.3);
+    let mut floating = Simulation::new(&json!({ "cloth": [rope(0.018, straight)], "gravity": [0, 0, 0] }));
+    assert!(floating.model.model.warnings.is_empty(), "{:?}", floating.model.model.warnings);
+    let before = places(&floating);
+    assert_eq!(floating.steps(60).contacts, 0, "nothing pushes a straight rope");
+    let moved = before.iter().zip(places(&floating)).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+    assert!(moved < 1e-6, "{moved}");
+    // What is further along it than a hairpin takes stays out of it.
+    let mut coil = simulation(
+        json!([rope(0.018, |s| DVec3::new(0.03 * (14.0 * s).cos(), 0.03 * (14.0 * s).sin(), 0.03 + 0.5 * s))]),
+        json!([floor()]),
+    );
+    let mut least = f64::INFINITY;
+    run(&mut coil, 90, |coil| {
+        let x = places(coil);
+        let pairs = (0..x.len()).flat_map(|a| (a + 4..x.len()).map(move |b| [a, b]));
+        least = pairs.map(|[a, b]| x[a].distance(x[b])).fold(f64::INFINITY, f64::min);
+    });
+    assert!(least > 0.5 * 0.018, "{least}");
+    let fine = model(&json!({ "cloth": [rope(0.03, straight)] }));
+    let told = "scene.cloth[0].thickness = 0.03: 60 of 60 links are shorter than half of that";
+    assert!(
+        fine.model.warnings.iter().any(|text| text.starts_with(told) && text.contains("at most 0.02 m")),
+        "{:?}",
+        fine.model.warnings
+    );
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod detect;
 mod monotone;
 mod pierce;
 mod proximity;
+mod reach;
 mod rows;
 mod start;
 mod surfaces;

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::detect::Pair;
 use super::monotone::Monotone;
+use super::reach::{along_links, within_two};
 use super::tree::Tree;
 use super::{FLOOR, MARGIN};
 use crate::model::{Adjacency, BodyShape, ClothRange, Model};
@@ -56,7 +57,7 @@ pub(crate) struct Surfaces {
     /// Cloths touch themselves and each other.
     pub among_cloths: bool,
     pub owners: Vec<Owner>,
-    /// Vertices joined to each by an edge or a link, and those within two of them, in rising order.
+    /// Vertices joined to each by an edge or a link, and those so near that they cannot keep the thickness, in rising order.
     pub ring: Adjacency<u32>,
     pub near: Adjacency<u32>,
     /// 1/mass of each vertex [1/kg]; zero for what is held and for bodies.
@@ -119,13 +120,16 @@ impl Surfaces {
         let sides = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]);
         let links = model.cloths.iter().filter(|cloth| cloth.is_network).flat_map(|cloth| links_of(model, cloth));
         let ring = sorted(all, sides.chain(links.flat_map(|&[a, b]| [(a, b), (b, a)])).collect());
-        let within_two = (0..all as u32).flat_map(|vertex| {
-            let ring = &ring;
-            let once = ring.of(vertex as usize).iter().copied();
-            let twice = once.clone().flat_map(|other| ring.of(other as usize).iter().copied());
-            once.chain(twice).chain([vertex]).map(move |other| (vertex, other))
-        });
-        let near = sorted(all, within_two.collect());
+        let near_of = |vertex: u32| {
+            let of = owners[vertex as usize] as usize;
+            let near = if model.cloths.get(of).is_some_and(|cloth| cloth.is_network) {
+                along_links(&ring, vertex, 2.0 * skins[of].thickness, |point| place(point).as_dvec3())
+            } else {
+                within_two(&ring, vertex)
+            };
+            near.into_iter().map(move |other| (vertex, other))
+        };
+        let near = sorted(all, (0..all as u32).flat_map(near_of).collect());
         let mut weights = model.particles.inverse_mass.clone();
         weights.resize(all, 0.0);
         let cloth_most = skins[..cloths.len()].iter().map(|skin| skin.thickness).fold(0.0, f64::max);
@@ -188,7 +192,7 @@ impl Surfaces {
         pair.iter().all(|&owner| self.skins[owner as usize].is_surface)
     }
 
-    /// Whether one vertex is within two edges of another.
+    /// Whether one vertex is so near another, within its cloth, that they cannot keep the thickness.
     pub fn are_near(&self, a: u32, b: u32) -> bool {
         self.near.of(a as usize).binary_search(&b).is_ok()
     }

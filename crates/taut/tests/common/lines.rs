@@ -11,7 +11,7 @@ use super::oracle::places;
 /// What the pairs of a scene come to.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen {
-    /// The least distance of two features now, as a part of their thickness [1]; those that few links join do not count.
+    /// The least distance of two features now that share no vertex, as a part of their thickness [1].
     pub least: f64,
     /// How many pairs could not be shown to stay apart on the way from the last look.
     pub passed: usize,
@@ -28,10 +28,8 @@ pub struct Watch {
     edges: Vec<Feature>,
     triangles: Vec<Feature>,
     points: Vec<Feature>,
-    /// Of each vertex: whose it is, as a number, that one's part of the thickness and its radius [m].
-    owners: Vec<(usize, f64, f64)>,
-    /// Vertices within two links of each other.
-    near: BTreeSet<[u32; 2]>,
+    /// Of each vertex: its part of the thickness, and the radius inside of it [m].
+    skins: Vec<[f64; 2]>,
     before: Vec<DVec3>,
 }
 
@@ -39,21 +37,20 @@ impl Watch {
     pub fn new(run: &Simulation) -> Self {
         let model = &run.model;
         let count = model.particle_count();
-        let mut owners = Vec::new();
-        let (mut links, mut edges, mut points, mut near) = (Vec::new(), BTreeSet::new(), Vec::new(), BTreeSet::new());
+        let mut skins = Vec::new();
+        let (mut links, mut edges, mut points) = (Vec::new(), BTreeSet::new(), Vec::new());
         for (index, cloth) in model.cloths.iter().enumerate() {
-            owners.extend(cloth.particles().map(|_| (index, 0.5 * model.contact.cloths[index].thickness, 0.0)));
+            skins.extend(cloth.particles().map(|_| [0.5 * model.contact.cloths[index].thickness, 0.0]));
             if cloth.is_network {
                 let own = &model.springs.ends[cloth.springs.clone()];
                 let loose = cloth.particles().map(|point| point as u32).filter(|point| !own.as_flattened().contains(point));
                 links.extend(own.iter().map(|&[a, b]| [a, b, b]));
                 links.extend(loose.map(|point| [point; 3]));
                 points.extend(cloth.particles().map(|point| [point as u32; 3]));
-                near.extend(within_two(own));
             }
         }
-        for (index, body) in model.bodies.list.iter().enumerate() {
-            owners.extend(body.vertices.clone().map(|_| (model.cloths.len() + index, body.thickness, body.radius)));
+        for body in &model.bodies.list {
+            skins.extend(body.vertices.clone().map(|_| [body.thickness, body.radius]));
             if body.radius > 0.0 {
                 let [first, last] = [body.vertices.start + count, body.vertices.end - 1 + count].map(|end| end as u32);
                 edges.insert([first, last, last]);
@@ -65,7 +62,7 @@ impl Watch {
             edges.extend([[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b), a.max(b)]));
         }
         let edges = edges.into_iter().collect();
-        Self { links, edges, triangles, points, owners, near, before: world(run) }
+        Self { links, edges, triangles, points, skins, before: world(run) }
     }
 
     /// Looks at where everything is, and at the straight way from where it was.
@@ -94,13 +91,10 @@ impl Watch {
     }
 
     fn pair(&self, before: &[DVec3], one: &Feature, other: &Feature, seen: &mut Seen) {
-        let ((a, first, inner), (b, second, outer)) = (self.owners[one[0] as usize], self.owners[other[0] as usize]);
+        let ([first, inner], [second, outer]) = (self.skins[one[0] as usize], self.skins[other[0] as usize]);
         let radius = inner + outer;
-        let are_near = a == b && one.iter().any(|&p| other.iter().any(|&q| self.near.contains(&[p.min(q), p.max(q)])));
-        if !are_near {
-            let gap = (distance(&self.before, one, other) - radius) / (first + second);
-            seen.least = seen.least.min(gap);
-        }
+        let least = (distance(&self.before, one, other) - radius) / (first + second);
+        seen.least = seen.least.min(least);
         let at = |time: f64| -> Vec<DVec3> {
             one.iter().chain(other).map(|&v| before[v as usize].lerp(self.before[v as usize], time)).collect()
         };
@@ -118,7 +112,7 @@ impl Watch {
 
     /// Low and high corners of all places of a feature on its way, with its skin.
     fn around(&self, before: &[DVec3], feature: &Feature) -> [DVec3; 2] {
-        let (_, thickness, radius) = self.owners[feature[0] as usize];
+        let [thickness, radius] = self.skins[feature[0] as usize];
         let all = || feature.iter().flat_map(|&v| [before[v as usize], self.before[v as usize]]);
         let room = DVec3::splat(thickness + radius);
         [all().fold(DVec3::INFINITY, DVec3::min) - room, all().fold(DVec3::NEG_INFINITY, DVec3::max) + room]
@@ -139,14 +133,6 @@ fn stays_apart(gap: &impl Fn(f64) -> f64, fastest: f64, [from, to]: [f64; 2], de
 /// Particles, then vertices of bodies, in the world.
 fn world(run: &Simulation) -> Vec<DVec3> {
     places(run).into_iter().chain(run.state.bodies.iter().copied()).collect()
-}
-
-fn within_two(links: &[[u32; 2]]) -> BTreeSet<[u32; 2]> {
-    let both = || links.iter().flat_map(|&[a, b]| [[a, b], [b, a]]);
-    let mut ring: std::collections::BTreeMap<u32, Vec<u32>> = std::collections::BTreeMap::new();
-    both().for_each(|[a, b]| ring.entry(a).or_default().push(b));
-    let twice = both().flat_map(|[a, b]| ring[&b].iter().map(move |&c| [a, c]));
-    both().chain(twice).map(|[a, b]| [a.min(b), a.max(b)]).collect()
 }
 
 fn distance(x: &[DVec3], one: &Feature, other: &Feature) -> f64 {
