@@ -2,8 +2,8 @@
 //!
 //! Contact makes no crossing and takes none back, so that a scene should start without any. This looks at one moment, on its own:
 //! edges against triangles that share no vertex with them, whole triangles and links against what is round, vertices against planes and
-//! against surfaces that are closed. Two links that touch exactly are told, since contact has no
-//! direction there.
+//! against surfaces that are closed. Two links that touch exactly are told, since which of them
+//! is on which side is not said.
 
 use std::collections::BTreeMap;
 
@@ -131,8 +131,7 @@ impl Intersections {
             } else {
                 "move one of them away"
             };
-            let are_nets = is_net(first.cloth) && matches!(first.other, Other::Cloth(other) if is_net(other));
-            let then = if model.contact.untangles && !are_nets {
+            let then = if model.contact.untangles {
                 "contact brings it apart in the first frames; if that does not end"
             } else {
                 "contact takes no crossing back"

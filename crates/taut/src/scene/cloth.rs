@@ -66,7 +66,7 @@ pub struct Cloth {
     pub lift_coefficient: Option<f64>,
     /// Friction of the relative wind along both sides of the cloth together [1]; 0 leaves it out, as the paper does.
     pub friction_coefficient: f64,
-    /// Mid-surfaces of cloths are kept this far apart [m]; where nothing collides it has no effect. At most half of the shortest edge of a cloth that touches itself. That of the preset when left out.
+    /// Mid-surfaces of cloths, and links of networks, are kept this far apart [m]; where nothing collides it has no effect. At most half of the shortest edge of a cloth that touches itself, at most twice the shortest link of a network. That of the preset when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
     /// Coulomb's coefficient of the friction of cloth on cloth [1]; 0.3 when left out.
@@ -260,7 +260,7 @@ impl Axis {
     }
 }
 
-/// Points and links: chains, ropes, nets. A link is a structural spring whose rest length is its length at the start.
+/// Points and links: chains, ropes, nets. A link is a structural spring whose rest length is its length at the start; where cloth collides it is a round rod of the cloth's `thickness`, and a point that no link is tied to a grain.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Network {

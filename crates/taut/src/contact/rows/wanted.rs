@@ -45,12 +45,13 @@ impl Wanted {
         if gap >= MARGIN * thickness + radius {
             return None;
         }
-        let closest = Closest::new(kind, &corners.map(|corner| places.x[corner as usize]));
+        let x = corners.map(|corner| places.x[corner as usize]);
+        let closest = Closest::new(kind, &x);
         let length = closest.way.length();
-        if length <= 0.0 || kind == Kind::EdgeEdge && is_stood_for(surfaces, owners, &closest) {
+        if kind == Kind::EdgeEdge && is_stood_for(surfaces, owners, &closest) {
             return None;
         }
-        let normal = closest.way / length;
+        let normal = if length > 0.0 { closest.way / length } else { across(surfaces, owners, x)? };
         let distance = length - radius;
         let end: DVec3 = (0..4).map(|end| places.ends[corners[end] as usize] * closest.parts[end]).sum();
         // Where two cloths lie on each other their vertices keep them apart; edges count where these do not. Links have no triangles for
@@ -75,6 +76,15 @@ fn is_stood_for(surfaces: &Surfaces, owners: [Owner; 2], closest: &Closest) -> b
     let (one, other) = closest.parts.split_at(Kind::EdgeEdge.split());
     let is_surface = owners.map(|owner| surfaces.skins[owner as usize].is_surface);
     one.contains(&0.0) && is_surface[1] || other.contains(&0.0) && is_surface[0]
+}
+
+/// Across two links that touch exactly: with nothing to say which of them is on which side, one of both ways is as good as the other.
+fn across(surfaces: &Surfaces, owners: [Owner; 2], [a, b, c, d]: [DVec3; 4]) -> Option<DVec3> {
+    let is_link = |owner: Owner| {
+        let skin = &surfaces.skins[owner as usize];
+        !skin.is_surface && skin.radius == 0.0
+    };
+    owners.into_iter().all(is_link).then(|| (b - a).cross(d - c).try_normalize()).flatten()
 }
 
 /// What the turn of a ball or a capsule adds to the relative displacement of two features: its surface is that far from its vertices. The
