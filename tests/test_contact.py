@@ -26,7 +26,7 @@ def watched(scene: dict[str, Any] | Scene, steps: int, after: int = 0) -> Simula
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["ball", "box-corner", "table-cloth", "stack"])
+@pytest.mark.parametrize("name", ["ball", "box-corner", "table-cloth", "stack", "net-ball"])
 def test_every_step_of_a_shipped_scene_is_free_of_crossings(name: str) -> None:
     watched(Scene.load(find_scene(name)), 90)
 

@@ -99,6 +99,7 @@ def python(code: str, *arguments: str, text: str = "") -> str:
         ("grid", {"bending": "fabric", "bending_model": "choi_ko"}, {}),
         ("grid", {"thickness": 0.0005}, {}),
         ("mesh", {"thickness": 0.0005}, {}),
+        ("network", {"thickness": 0.0005}, {}),
         ("grid", {}, {"filter": "none"}),
         ("grid", {}, {"filter": "xpbd"}),
         ("grid", {}, {"filter": "fast_projection"}),

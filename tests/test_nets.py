@@ -1,4 +1,4 @@
-"""Nets and ropes pass through nothing, as the IPC Toolkit and NumPy judge frames and the ways between them."""
+"""Nets and ropes pass through nothing: the IPC Toolkit and NumPy judge frames and the ways between them."""
 
 from typing import Any
 

@@ -15,8 +15,9 @@ class Intersection(NamedTuple):
     kind: Literal["cloth", "body"]
     """What that is."""
     fault: Literal["crosses", "inside"]
-    """``crosses``: an edge of one passes through a triangle of the other, or touches it. ``inside``: a vertex
-    is inside of a closed surface or behind a plane, or a triangle comes into a sphere or a capsule."""
+    """``crosses``: an edge of one passes through a triangle of the other, or touches it, or two links of
+    networks touch exactly. ``inside``: a vertex is inside of a closed surface or behind a plane, or a
+    triangle or a link comes into a sphere or a capsule."""
     vertex: int
     """The nearest vertex of the cloth, index into :attr:`taut.Simulation.positions`."""
     position: tuple[float, float, float]
