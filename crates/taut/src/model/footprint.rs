@@ -31,6 +31,8 @@ const POINT: u64 = 790;
 const LEVELS: u64 = 230;
 /// Of a vertex that can touch something: its neighbours, its trees, its charts and the pairs of a step; grids have levels of their own then.
 const CONTACT: u64 = 2500;
+/// The same of a point of a network, which has no charts.
+const CONTACT_OF_POINT: u64 = 600;
 /// Of a spring, in the matrix of an implicit method.
 const MATRIX: u64 = 150;
 /// Of a spring, as a constraint of "xpbd".
@@ -95,6 +97,7 @@ impl Footprint {
         let flexion = if cloth.flexion_stiffness > 0.0 { 2 * vertices } else { 0 };
         // What can touch anything has been given a thickness.
         let touches = cloth.thickness.is_some();
+        let contact = if cloth.network.is_some() { CONTACT_OF_POINT } else { CONTACT };
         let each = |applies: bool, bytes: u64| if applies { bytes } else { 0 };
         let of_spring = SPRING
             + each(solver.filter == FilterKind::CoarseToFine && (cloth.grid.is_none() || touches), LEVELS)
@@ -107,7 +110,7 @@ impl Footprint {
         Self {
             vertices,
             springs,
-            memory: (VERTEX + each(cloth.network.is_some(), POINT) + each(touches, CONTACT)) * vertices
+            memory: (VERTEX + each(cloth.network.is_some(), POINT) + each(touches, contact)) * vertices
                 + of_spring * springs
                 + TRIANGLE * triangles
                 + each(bends, bending),
