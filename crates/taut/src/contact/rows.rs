@@ -6,6 +6,7 @@
 //! does so for ever.
 
 mod near;
+mod supports;
 mod touching;
 mod wanted;
 
@@ -20,6 +21,7 @@ use super::{MARGIN, NEAR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 use crate::model::{ClothRange, Model};
 use near::Near;
+pub(crate) use supports::Support;
 pub use touching::Touching;
 use wanted::{Wanted, carried, is_near, target};
 

@@ -5,6 +5,8 @@
 //! level first and hands its displacements down. Cycles go on until every spring is within its limit; a certificate
 //! measures the very positions that will be written (docs/equations.md, "Coarse to fine").
 
+mod balance;
+mod blocks;
 mod certificate;
 mod direct;
 mod ease;
@@ -12,6 +14,7 @@ mod finish;
 mod general;
 mod impulse;
 mod interior;
+mod joint;
 mod lattice;
 mod local;
 mod motion;

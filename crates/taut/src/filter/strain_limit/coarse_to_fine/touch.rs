@@ -2,12 +2,14 @@
 //!
 //! 1. One cycle without contact, so that the ends of the step are sensible; what comes near on the way there becomes rows.
 //! 2. Cycles of each cloth and sweeps over all rows in turn, until springs are short enough and rows are kept.
+//!    Cloths that bear something heavy on their rows are solved with these as one problem instead (joint.rs).
 //! 3. The certificate: each cloth keeps its limit, and nothing crosses anything on the way. Pairs that would cross become rows, with
 //!    what is closest at the time of impact, and 2 goes on; where that does not help, the step is shortened there.
 
 use glam::{DVec3, Vec3};
 
 use super::ease;
+use super::joint::Joint;
 use super::unit::{Descent, Unit};
 use crate::contact::{Contact, Obstacle, Rows};
 use crate::filter::Limited;
@@ -52,6 +54,7 @@ pub(super) struct Touch {
     rates: Vec<f32>,
     left_of_energy: Vec<f64>,
     pushed: Vec<usize>,
+    joint: Joint,
 }
 
 /// The unit of each particle, and the particle's number in its cloth; and the particles that no spring is tied to, with how far each
@@ -82,6 +85,7 @@ impl Touch {
             rates: Vec::new(),
             left_of_energy: Vec::new(),
             pushed: Vec::new(),
+            joint: Joint::new(model, units),
         })
     }
 
@@ -134,7 +138,7 @@ impl Touch {
         }
         let mut rounds = ROUNDS.min(model.solver.iterations() as usize);
         for attempt in 0.. {
-            self.solve(units, model, rounds, pool); // 2
+            self.resolve(units, model, state, rounds, pool); // 2
             ends.clone_from(&self.proposed);
             state.velocities.clone_from(&self.velocities);
             let verdict = self.conclude(units, stride, state, ends, corrections, pool); // 3
@@ -192,6 +196,32 @@ impl Touch {
                 *turn *= most / way;
             }
         }
+    }
+
+    /// Finds ends that are within all limits, and that rows keep apart.
+    fn resolve(&mut self, units: &mut [Unit], model: &Model, state: &State, rounds: usize, pool: &Pool) {
+        // What brings intersecting things apart may contradict itself.
+        let bears = self.contact.brings_apart().is_none() && self.bearers(units);
+        if bears && self.joint.has_all() && self.bear(units, model, state) {
+            return;
+        }
+        self.solve(units, model, rounds, pool);
+        if bears && !self.joint.has_all() && self.bearers(units) {
+            self.bear(units, model, state);
+        }
+    }
+
+    /// Finds those that bear something heavy on their rows. Returns whether there are any.
+    fn bearers(&mut self, units: &[Unit]) -> bool {
+        let Self { contact, where_is, joint, .. } = self;
+        where_is.gather(&mut contact.rows, units);
+        joint.gather(&contact.rows, &contact.places)
+    }
+
+    /// Solves those. Returns whether that was done.
+    fn bear(&mut self, units: &mut [Unit], model: &Model, state: &State) -> bool {
+        let Self { joint, descents, contact, proposed, .. } = self;
+        joint.run(units, descents, &mut contact.rows, model, state, proposed)
     }
 
     /// Sweeps over rows and springs in turn, until springs are short enough and rows are kept.

@@ -42,7 +42,7 @@ pub(super) struct Descent {
     pub frame: Option<Vec3>,
     energy: Option<f64>,
     /// What rounding adds to the shortest spring, and what is short enough, as parts of R.
-    rounding: f32,
+    pub rounding: f32,
     enough: f32,
     /// What the last step left in [`Calm`].
     at_least: u32,
