@@ -20,7 +20,7 @@ PLOTTED_SIZE = 64
 def line(record: Record) -> str:
     """One record in words."""
     case = record.case
-    head = f"{case.engine} {case.scene} {case.size}, {_words(case.settings)}: {record.cost:.2f} ms a frame"
+    head = f"{case.engine} {case.scene} {case.size}, {words(case.settings)}: {record.cost:.2f} ms a frame"
     if record.error is not None:
         return f"{head}; {record.error}"
     if record.measured is None:
@@ -88,9 +88,9 @@ def _cell(board: Board, engine: Engine, size: int, limit: float) -> str:
     _, cost = board[engine.name, size][limit]
     ours = board.get((TAUT.name, size), {}).get(limit)
     return (
-        _figures(cost)
+        figures(cost)
         if engine is TAUT or ours is None
-        else f"{_figures(cost)} ({_figures(cost / ours[1])} ×)"
+        else f"{figures(cost)} ({figures(cost / ours[1])} ×)"
     )
 
 
@@ -100,7 +100,7 @@ def _settings(board: Board, limits: Sequence[float]) -> list[str]:
     names = {engine.name: engine.title for engine in [TAUT, *PEERS]}
     for (name, size), winners in board.items():
         for limit, (trial, _) in winners.items():
-            cells = [names[name], f"{size}²", f"{100 * limit:g} %", _words(trial.settings)]
+            cells = [names[name], f"{size}²", f"{100 * limit:g} %", words(trial.settings)]
             cells += [f"{100 * (trial.worst or 0):.2f} %", f"{100 * trial.motion:.0f} %"]
             rows.append("| " + " | ".join(cells) + " |")
     return rows
@@ -119,14 +119,14 @@ def _circumstances(store: Store, reference: Reference) -> str:
     )
 
 
-def _words(settings: Settings) -> str:
+def words(settings: Settings) -> str:
     return ", ".join(
         f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
         for key, value in settings.items()
     )
 
 
-def _figures(value: float) -> str:
+def figures(value: float) -> str:
     """Two significant figures, no exponent."""
     digits = max(0, 1 - math.floor(math.log10(value))) if value > 0 else 0
     return f"{value:.{digits}f}"

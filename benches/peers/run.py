@@ -1,7 +1,9 @@
 """`make peers`: other engines on the same scenes as taut, each at its cheapest setting that keeps the limit.
 
-Results go to ``out/peers/results.jsonl``, environments to ``out/peers/env``; a command that was interrupted
-goes on where it was. The table in docs/peers.md and the plot docs/pictures/peers.png are made from them.
+There are two parts: sheets that hang and touch nothing ("free"), and sheets that fall on bodies and on
+themselves ("contact", see ``contact/``). Results go to ``out/peers/results.jsonl`` and
+``out/peers/contact.jsonl``, environments to ``out/peers/env``; a command that was interrupted goes on where it
+was. The tables in docs/peers.md and the plot docs/pictures/peers.png are made from them.
 """
 
 import argparse
@@ -11,6 +13,8 @@ from pathlib import Path
 
 import report
 import runner
+from contact.contenders import CONTENDERS
+from contact.session import ContactSession
 from engines import ENGINES, REFERENCE, TAUT, Engine
 from environments import UnavailableError, prepare
 from judge import REFERENCE_SIZE, Reference, reference_of, trials_of, winners_of
@@ -19,6 +23,11 @@ from sheet import SCENES
 from store import Case, Record, Store
 
 ROOT = Path(__file__).resolve().parents[2]
+PARTS = ("free", "contact")
+NAMES = list(dict.fromkeys([*ENGINES, *(contender.engine.name for contender in CONTENDERS)]))
+"""Engines of either part."""
+SIZES = (32, 64, 128)
+"""Particles along an edge of sheets that touch nothing."""
 LIMITS = (0.1, 0.05, 0.01)
 """Limits of the table [1]."""
 HOPELESS = 2.0
@@ -34,8 +43,8 @@ class Session:
 
     def __init__(self, options: argparse.Namespace) -> None:
         """Read the results so far."""
-        self.engines = [ENGINES[name] for name in options.engines]
-        self.sizes: list[int] = options.sizes
+        self.engines = [ENGINES[name] for name in options.engines if name in ENGINES]
+        self.sizes: list[int] = options.sizes or list(SIZES)
         self.limits: list[float] = options.limits
         self.budget: float = options.budget
         self._out: Path = options.out
@@ -131,12 +140,18 @@ def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    parser.add_argument("--only", choices=PARTS, help="one of the two parts")
+    parser.add_argument("--engines", type=_list(_engine), default=NAMES, help=f"of {', '.join(NAMES)}")
     parser.add_argument(
-        "--engines", type=_list(_engine), default=list(ENGINES), help=f"of {', '.join(ENGINES)}"
+        "--sizes",
+        type=_list(int),
+        help=f"particles along an edge; {', '.join(map(str, SIZES))}, with contact as many as an engine can do",
     )
-    parser.add_argument("--sizes", type=_list(int), default=[32, 64, 128], help="particles along an edge")
-    parser.add_argument("--limits", type=_list(_per_cent), default=list(LIMITS), help="in per cent")
-    parser.add_argument("--budget", type=float, default=300.0, help="CPU seconds for an engine and a size")
+    parser.add_argument("--limits", type=_list(_per_cent), default=list(LIMITS), help="in per cent, free")
+    parser.add_argument("--budget", type=float, default=300.0, help="CPU seconds for an engine and a size, free")
+    parser.add_argument(
+        "--contact-seconds", type=float, default=60.0, help="CPU seconds of a run with contact"
+    )
     parser.add_argument(
         "--retime", action="store_true", help="only time taut and the winners found so far again"
     )
@@ -151,8 +166,8 @@ def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 
 
 def _engine(name: str) -> str:
-    if name not in ENGINES:
-        raise argparse.ArgumentTypeError(f"{name!r} is no engine here; must be of {', '.join(ENGINES)}")
+    if name not in NAMES:
+        raise argparse.ArgumentTypeError(f"{name!r} is no engine here; must be of {', '.join(NAMES)}")
     return name
 
 
@@ -163,9 +178,8 @@ def _per_cent(text: str) -> float:
     return limit
 
 
-def main() -> None:
-    """Search or time again, then write the table and the plot."""
-    asked = options()
+def _free(asked: argparse.Namespace) -> None:
+    """Search or time again what touches nothing, then write its table and the plot."""
     session = Session(asked)
     reference = session.reference()
     if asked.retime:
@@ -176,6 +190,25 @@ def main() -> None:
                 if session.command(engine) is not None:
                     session.search(engine, size, reference)
     report.write(session.store, reference, sorted({*LIMITS, *session.limits}, reverse=True), ROOT / "docs")
+
+
+def _contact(asked: argparse.Namespace) -> None:
+    """The same with contact, without a plot."""
+    session = ContactSession(asked.engines, asked.sizes, asked.contact_seconds, asked.out)
+    if asked.retime:
+        session.retime(asked.retime_seconds)
+    elif not asked.report:
+        session.search()
+    session.write(ROOT / "docs")
+
+
+def main() -> None:
+    """Do what the command line asks for."""
+    asked = options()
+    if asked.only != "contact":
+        _free(asked)
+    if asked.only != "free":
+        _contact(asked)
 
 
 if __name__ == "__main__":

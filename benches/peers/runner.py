@@ -65,7 +65,7 @@ def _run(command: list[str], case: Case, environment: Path, seconds: float, fore
             "report": str(folder / "report.json"),
         }
         (folder / "job.json").write_text(json.dumps(job))
-        error = _call([*command, str(folder / "job.json")], folder, 4 * seconds + PATIENCE)
+        error = call([*command, str(folder / "job.json")], folder, 4 * seconds + PATIENCE)
         if error is not None:
             return Record(case, [], False, seconds, error=error, machine=machine())
         report = json.loads((folder / "report.json").read_text())
@@ -84,7 +84,7 @@ def _run(command: list[str], case: Case, environment: Path, seconds: float, fore
     )
 
 
-def _call(command: list[str], folder: Path, patience: float) -> str | None:
+def call(command: list[str], folder: Path, patience: float) -> str | None:
     """Run a command in a folder; return its last words if it failed."""
     try:
         done = subprocess.run(

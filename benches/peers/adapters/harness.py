@@ -9,6 +9,11 @@ engine's ``settings``, how many ``frames`` of 1/60 s to make, the CPU ``seconds`
 stop at once if they will not suffice (``foresee``), the ``environment`` folder, and two files to write:
 ``output`` gets the positions as float32, frame after frame, ``report`` the CPU time of each frame and of the
 start.
+
+A job with contact also names ``bodies`` (as ``contact/scenes.py`` writes them), the ``thickness`` [m] and the
+``friction`` [1] of the cloth, the other ``diagonals`` of its quads, and its ``grid``: where the sheet starts,
+how it is turned and moved. It makes ``least`` frames even if its time is used up before, and its positions
+are written as float64.
 """
 
 import json
@@ -46,6 +51,13 @@ class Job:
         self.foresee: bool = fields["foresee"]
         self.environment = Path(fields["environment"])
         self.output, self.report = Path(fields["output"]), Path(fields["report"])
+        self.bodies: list[dict[str, Any]] = fields.get("bodies", [])
+        self.thickness: float = fields.get("thickness", 0.0)
+        self.friction: float = fields.get("friction", 0.0)
+        self.diagonals = np.array(fields.get("diagonals", []), np.int64).reshape(-1, 2)
+        self.grid: dict[str, list[float]] = fields.get("grid", {})
+        self.least: int = fields.get("least", 2 * FORESIGHT)
+        self.real: type[np.floating[Any]] = np.float64 if "bodies" in fields else np.float32
 
 
 class Cloth(Protocol):
@@ -69,7 +81,7 @@ def serve(build: Callable[[Job], Cloth]) -> None:
             before = time.process_time()
             cloth.frame()
             spent.append(time.process_time() - before)
-            frame = np.asarray(cloth.positions(), np.float32)
+            frame = np.asarray(cloth.positions(), job.real)
             output.write(np.ascontiguousarray(frame).tobytes())
             if not np.isfinite(frame).all() or np.abs(frame).max() > FAR or _enough(job, spent):
                 break
@@ -83,4 +95,4 @@ def _enough(job: Job, spent: list[float]) -> bool:
         return False
     if job.foresee:
         return sum(spent[1:]) / (len(spent) - 1) * job.frames > job.seconds
-    return sum(spent) > job.seconds and len(spent) >= 2 * FORESIGHT
+    return sum(spent) > job.seconds and len(spent) >= job.least

@@ -1,0 +1,73 @@
+"""What a run breaks, and which of several is the cheapest that breaks nothing, or the best compromise."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from contact.results import Outcome
+from contact.scenes import FRAMES
+from search import ROUNDING
+
+LIMIT = 0.05
+"""Stretch to be kept [1]."""
+MOTION = (0.8, 1.25)
+"""Shares of the reference's fall between which a cloth counts as one that drapes [1]; with less it hovers or
+is frozen, with more it slid off or fell through."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A run and what it breaks."""
+
+    outcome: Outcome
+    motion: float
+    """How far the centre of mass fell until its last frame over how far the reference's had then [1]."""
+    broken: tuple[str, ...]
+    """Names of the rules that it breaks: "failed", "intersections", "stretch", "motion"."""
+
+    @property
+    def rank(self) -> tuple[float, ...]:
+        """The least is best: fewest rules, fewest frames with intersections, least stretch."""
+        touch = self.outcome.touch
+        if touch is None or touch.frames == 0:
+            return ("failed" in self.broken, 9.0, 1.0, 0.0)
+        share = touch.wrong / touch.frames
+        return ("failed" in self.broken, float(len(self.broken)), share, touch.worst)
+
+
+def judge(outcome: Outcome, reference: list[float]) -> Verdict:
+    """Say what a run breaks.
+
+    Args:
+        outcome: what happened.
+        reference: how far the reference's centre of mass had fallen, frame by frame [m].
+
+    Returns:
+        The verdict.
+    """
+    touch = outcome.touch
+    if touch is None or touch.frames == 0:
+        return Verdict(outcome, 0.0, ("failed",))
+    last = min(touch.frames, len(reference)) - 1
+    motion = touch.falls[last] / reference[last]
+    low, high = MOTION
+    rules = {
+        "failed": outcome.error is not None,
+        "intersections": touch.wrong > 0,
+        "stretch": touch.worst > LIMIT + ROUNDING,
+        "motion": not low <= motion <= high,
+    }
+    return Verdict(outcome, motion, tuple(name for name, broken in rules.items() if broken))
+
+
+def best(verdicts: Iterable[Verdict]) -> Verdict | None:
+    """The cheapest that breaks nothing; if there is none, the best compromise."""
+    listed = list(verdicts)
+    clean = [verdict for verdict in listed if not verdict.broken]
+    if clean:
+        return min(clean, key=lambda verdict: verdict.outcome.cost)
+    return min(listed, key=lambda verdict: verdict.rank, default=None)
+
+
+def whole(outcome: Outcome) -> bool:
+    """Whether a run reached the last frame."""
+    return outcome.touch is not None and outcome.touch.frames == FRAMES

@@ -1,0 +1,149 @@
+"""The table of contact in docs/peers.md, from the results."""
+
+import statistics
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from contact.choose import LIMIT, MOTION, Verdict
+from contact.contenders import Contender
+from contact.results import Outcome, Results
+from contact.scenes import FRAMES, FRICTION, THICKNESS
+from report import figures, words
+
+PAGE = "peers.md"
+BEGIN, END = "<!-- contact: begin -->\n", "<!-- contact: end -->"
+OURS = "taut"
+
+Key = tuple[str, str, int]
+"""An engine's name, a scene, a size."""
+
+
+def line(outcome: Outcome) -> str:
+    """One result in words."""
+    case, touch = outcome.case, outcome.touch
+    head = f"{case.engine} {case.scene} {case.size}, {words(case.settings)}: {outcome.cost:.2f} ms a frame"
+    if touch is None:
+        return f"{head}; {outcome.error or f'{len(outcome.cpu_ms)} frames timed again'}"
+    return (
+        f"{head}; {touch.frames} frames, stretch {100 * touch.worst:.2f} % ({100 * touch.worst_everywhere:.1f}), "
+        f"intersecting {touch.itself} + {touch.bodies}, depth {1e3 * touch.depth:.1f} mm, "
+        f"fell {touch.falls[-1] if touch.falls else 0:.3f} m{'; ' + outcome.error if outcome.error else ''}"
+    )
+
+
+def write(
+    contenders: Sequence[Contender],
+    chosen: Mapping[Key, Verdict],
+    results: Results,
+    missing: Mapping[str, str],
+    documents: Path,
+) -> None:
+    """Write what is known between the markers of the page."""
+    lines = [*overview(contenders, chosen, results, missing), "", *details(contenders, chosen, results), ""]
+    lines += [*_absent(contenders, missing), _circumstances(contenders, chosen, results)]
+    page = documents / PAGE
+    head, rest = page.read_text().split(BEGIN)
+    page.write_text(head + BEGIN + "\n".join(lines) + "\n" + END + rest.split(END)[1])
+    print("\n".join(lines))
+
+
+def overview(
+    contenders: Sequence[Contender],
+    chosen: Mapping[Key, Verdict],
+    results: Results,
+    missing: Mapping[str, str],
+) -> list[str]:
+    """The cost of each engine in each scene, and what it breaks for that."""
+    columns = sorted({(scene, size) for _, scene, size in chosen}, key=lambda column: (column[1], column[0]))
+    titles = ["CPU ms a frame", *(f"{scene}, {size}²" for scene, size in columns)]
+    rows = [_row(titles), "|---" * len(titles) + "|"]
+    for contender in contenders:
+        name = contender.engine.name
+        if name in missing:
+            cells = ["not installed"] * len(columns)
+        else:
+            cells = [_cell(chosen, results, (name, *column)) for column in columns]
+        rows.append(_row([contender.engine.title, *cells]))
+    return rows
+
+
+def _cell(chosen: Mapping[Key, Verdict], results: Results, key: Key) -> str:
+    verdict = chosen.get(key)
+    if verdict is None:
+        return "not run"
+    touch = verdict.outcome.touch
+    if touch is None or touch.frames == 0:
+        return "failed"
+    cost = statistics.median(results.costs(verdict.outcome.case))
+    ours = chosen.get((OURS, *key[1:]))
+    times = ""
+    if key[0] != OURS and ours is not None:
+        times = f" ({figures(cost / statistics.median(results.costs(ours.outcome.case)))} ×)"
+    broken = {
+        "failed": verdict.outcome.error or "",
+        "intersections": f"{touch.wrong} of {touch.frames} frames intersect",
+        "stretch": f"stretch {_per_cent(touch.worst)}",
+        "motion": f"motion {100 * verdict.motion:.0f} %",
+    }
+    faults = [broken[name] for name in verdict.broken]
+    return f"{figures(cost)}{times}" + (f"; {', '.join(faults)}" if faults else "")
+
+
+def details(
+    contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results
+) -> list[str]:
+    """A line for each engine, size and scene."""
+    titles = ["engine", "scene", "size", "setting", "CPU ms (spread)", "stretch", "frames that intersect"]
+    titles += ["depth [mm]", "motion", "time [s]", "keeps all"]
+    rows = [_row(titles), "|---" * len(titles) + "|"]
+    for contender in contenders:
+        for (name, scene, size), verdict in chosen.items():
+            touch = verdict.outcome.touch
+            if name != contender.engine.name or touch is None:
+                continue
+            case = verdict.outcome.case
+            cells = [contender.engine.title, scene, f"{size}²", words(case.settings)]
+            cells += [_spread(results.costs(case)), _per_cent(touch.worst)]
+            cells += [f"{touch.itself} itself, {touch.bodies} bodies", f"{1e3 * touch.depth:.1f}"]
+            cells += [f"{100 * verdict.motion:.0f} %", f"{touch.frames / 60:.2f}"]
+            rows.append(_row([*cells, "no" if verdict.broken else "yes"]))
+    return rows
+
+
+def _absent(contenders: Sequence[Contender], missing: Mapping[str, str]) -> list[str]:
+    """Why engines are not in the table."""
+    known = [contender.engine.name for contender in contenders]
+    reasons = [reason for name, reason in missing.items() if name in known]
+    return [*(f"- {reason}" for reason in reasons), ""] if reasons else []
+
+
+def _circumstances(
+    contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results
+) -> str:
+    run = {name for name, _, _ in chosen}
+    packages = [
+        f"{contender.engine.title}: {', '.join(contender.engine.packages)}"
+        for contender in contenders
+        if contender.engine.name in run and contender.engine.packages
+    ]
+    lacks = [f"{c.engine.title} has {c.lacks}" for c in contenders if c.lacks and c.engine.name in run]
+    low, high = MOTION
+    return (
+        f"Measured on {results.machine}. {'; '.join(packages)}. A run has {FRAMES} frames of 1/60 s if its time "
+        f"sufficed, a thickness of {1e3 * THICKNESS:g} mm and a friction of {FRICTION:g}. To be kept: "
+        f"{100 * LIMIT:g} % of stretch, no intersection, {100 * low:.0f} to {100 * high:.0f} % of the motion. "
+        f"{'; '.join(lacks)}."
+    )
+
+
+def _spread(costs: Sequence[float]) -> str:
+    middle = figures(statistics.median(costs))
+    return middle if len(costs) < 2 else f"{middle} ({figures(min(costs))} – {figures(max(costs))})"
+
+
+def _per_cent(value: float) -> str:
+    return f"{100 * value:.1f} %"
+
+
+def _row(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
