@@ -95,4 +95,4 @@ def _enough(job: Job, spent: list[float]) -> bool:
         return False
     if job.foresee:
         return sum(spent[1:]) / (len(spent) - 1) * job.frames > job.seconds
-    return sum(spent) > job.seconds and len(spent) >= job.least
+    return sum(spent[1:]) > job.seconds and len(spent) >= job.least
