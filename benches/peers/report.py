@@ -88,9 +88,7 @@ def _cell(board: Board, engine: Engine, size: int, limit: float) -> str:
     _, cost = board[engine.name, size][limit]
     ours = board.get((TAUT.name, size), {}).get(limit)
     return (
-        figures(cost)
-        if engine is TAUT or ours is None
-        else f"{figures(cost)} ({figures(cost / ours[1])} ×)"
+        figures(cost) if engine is TAUT or ours is None else f"{figures(cost)} ({figures(cost / ours[1])} ×)"
     )
 
 
@@ -120,6 +118,7 @@ def _circumstances(store: Store, reference: Reference) -> str:
 
 
 def words(settings: Settings) -> str:
+    """Settings as a list."""
     return ", ".join(
         f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
         for key, value in settings.items()

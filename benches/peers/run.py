@@ -2,8 +2,8 @@
 
 There are two parts: sheets that hang and touch nothing ("free"), and sheets that fall on bodies and on
 themselves ("contact", see ``contact/``). Results go to ``out/peers/results.jsonl`` and
-``out/peers/contact.jsonl``, environments to ``out/peers/env``; a command that was interrupted goes on where it
-was. The tables in docs/peers.md and the plot docs/pictures/peers.png are made from them.
+``out/peers/contact.jsonl``, environments to ``out/peers/env``; a command that was interrupted goes on where
+it was. The tables in docs/peers.md and the plot docs/pictures/peers.png are made from them.
 """
 
 import argparse
@@ -14,6 +14,7 @@ from pathlib import Path
 import report
 import runner
 from contact.contenders import CONTENDERS
+from contact.contenders import SIZES as CONTACT_SIZES
 from contact.session import ContactSession
 from engines import ENGINES, REFERENCE, TAUT, Engine
 from environments import UnavailableError, prepare
@@ -145,12 +146,14 @@ def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "--sizes",
         type=_list(int),
-        help=f"particles along an edge; {', '.join(map(str, SIZES))}, with contact as many as an engine can do",
+        help=f"particles along an edge; {_words(SIZES)}, with contact {_words(CONTACT_SIZES)}",
     )
     parser.add_argument("--limits", type=_list(_per_cent), default=list(LIMITS), help="in per cent, free")
-    parser.add_argument("--budget", type=float, default=300.0, help="CPU seconds for an engine and a size, free")
     parser.add_argument(
-        "--contact-seconds", type=float, default=60.0, help="CPU seconds of a run with contact"
+        "--budget", type=float, default=300.0, help="CPU seconds for an engine and a size, free"
+    )
+    parser.add_argument(
+        "--contact-seconds", type=float, default=10.0, help="CPU seconds of a run with contact"
     )
     parser.add_argument(
         "--retime", action="store_true", help="only time taut and the winners found so far again"
@@ -163,6 +166,10 @@ def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         "--out", type=Path, default=ROOT / "out" / "peers", help="folder of results and environments"
     )
     return parser.parse_args(arguments)
+
+
+def _words(sizes: Sequence[int]) -> str:
+    return ", ".join(map(str, sizes))
 
 
 def _engine(name: str) -> str:

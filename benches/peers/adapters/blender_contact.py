@@ -15,6 +15,8 @@ from harness import FPS, GRAVITY, Job, serve
 
 FRAMES_A_SECOND_OF_CLOTH = math.sqrt(1000.0)
 """As in blender_cloth.py."""
+A_UNIT_OF_FRICTION = 100.0
+"""A hundredth of what the modifier calls friction is a limit of tangential over normal velocity."""
 WIDE = 5.0
 """Half of the width of the block whose top is the floor [m]."""
 RINGS, SEGMENTS = 48, 96
@@ -54,7 +56,7 @@ class Modifier:
         self._scene.collection.objects.link(made)
         made.modifiers.new("collision", "COLLISION")
         made.collision.thickness_outer = max(0.001, job.thickness / 2)
-        made.collision.cloth_friction = 80.0 * job.friction
+        made.collision.cloth_friction = A_UNIT_OF_FRICTION * job.friction
         made.collision.damping = 0.0
 
     @staticmethod
@@ -76,7 +78,7 @@ class Modifier:
         settings.collision_quality = int(job.settings["collisions"])
         settings.distance_min = max(0.001, job.thickness / 2)
         settings.self_distance_min = job.thickness
-        settings.self_friction = 80.0 * job.friction
+        settings.self_friction = A_UNIT_OF_FRICTION * job.friction
         settings.damping = 0.0
 
     def frame(self) -> None:

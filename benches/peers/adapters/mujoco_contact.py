@@ -1,7 +1,7 @@
 """MuJoCo's 2D flex among bodies, with native contacts or with its `ipc` mode, its elasticity implicit.
 
-settings: mode ("ipc" or "native"), steps (a frame), young [Pa] at a thickness of 1 mm, iterations of the solver.
-MuJoCo spreads the mass evenly over vertices.
+settings: mode ("ipc" or "native"), steps (a frame), young [Pa] at a thickness of 1 mm, iterations of the
+solver. MuJoCo spreads the mass evenly over vertices.
 """
 
 from typing import Any
@@ -23,7 +23,7 @@ MODEL = """
     {bodies}
     <flexcomp name="sheet" type="direct" dim="2" radius="{radius}" mass="{mass}" point="{points}"
               element="{triangles}">
-      <contact selfcollide="auto" friction="{friction} 0.005 0.0001"{passive}/>
+      <contact selfcollide="auto" friction="{friction} 0.005 0.0001"/>
       <edge damping="0"/>
       <elasticity young="{young}" poisson="0" thickness="1e-3" damping="0" elastic2d="stretch"/>
     </flexcomp>
@@ -38,13 +38,11 @@ class Flex:
     def __init__(self, job: Job) -> None:
         """Compile the model."""
         self._steps = int(job.settings["steps"])
-        mode = job.settings["mode"]
         text = MODEL.format(
             step=1 / (FPS * self._steps),
             gravity=GRAVITY,
             iterations=int(job.settings["iterations"]),
-            flags='ipc="enable"' if mode == "ipc" else 'contact="enable"',
-            passive=' passive="true"' if mode == "passive" else "",
+            flags='ipc="enable"' if job.settings["mode"] == "ipc" else 'contact="enable"',
             bodies="\n".join(_geom(body, job.friction) for body in job.bodies),
             radius=job.thickness / 2,
             mass=job.masses.sum(),

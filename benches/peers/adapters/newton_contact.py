@@ -1,7 +1,7 @@
 """Newton's VBD solver with self contact among bodies, on Warp's CPU back end (one thread, compiled kernels).
 
-settings: substeps (a frame, even), iterations (a substep), stiffness [N/m] of the triangles, contact [N/m]: the
-stiffness of contacts. Whole triangles touch bodies, and ways are cut where they would reach into them or into
+settings: substeps (a frame, even), iterations (a substep), stiffness [N/m] of the triangles and contact [N/m]
+of contacts. Whole triangles touch bodies, and ways are cut where they would reach into them or into
 other cloth, which Newton calls "divide and truncate".
 """
 

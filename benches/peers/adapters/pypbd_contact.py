@@ -2,8 +2,8 @@
 
 Its cloth does not collide with itself.
 
-settings: substeps (a frame), stiffness [N/m] of the edges, passes (velocity iterations, which solve contacts),
-steps (calls a frame: the library looks for contacts once a call).
+settings: steps (a frame: the library looks for contacts once a step), substeps (a step), stiffness [N/m] of
+the edges, passes (velocity iterations, which solve contacts).
 """
 
 from pathlib import Path

@@ -1,8 +1,8 @@
 """Rapier's soft bodies through its Python package: a sheet of edges with self contacts, on one thread.
 
-settings: substeps (solver iterations a frame; contact may ask for more), passes (internal iterations of each,
-0: Rapier's own choice), frequency [Hz] of the edges, radius [m] of the particles, which is the thickness (0:
-0.45 of the distance of neighbours; Rapier's own default is about a half).
+settings: substeps (solver iterations a frame; contact may ask for more), frequency [Hz] of the edges, radius
+[m] of the particles, which is the thickness (0: 0.45 of the distance of neighbours; Rapier's own default is
+about a half).
 """
 
 from typing import Any
@@ -39,8 +39,6 @@ class Sheet:
         builder = builder.edges(job.edges.tolist()).surface(job.triangles.tolist())
         builder = builder.masses(job.masses.tolist()).material(material).can_sleep(False)
         builder = builder.particle_radius(radius).self_contacts(True)
-        if job.settings["passes"]:
-            builder = builder.additional_pgs_iterations(int(job.settings["passes"]))
         triangles = rapier.Collider.ball(radius).friction(job.friction)
         builder = builder.surface_collider(triangles)
         self._body = self._world.soft_bodies[self._world.add_soft_body(builder)]

@@ -1,10 +1,10 @@
 """What a run breaks, and which of several is the cheapest that breaks nothing, or the best compromise."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from contact.results import Outcome
-from contact.scenes import FRAMES
 from search import ROUNDING
 
 LIMIT = 0.05
@@ -25,13 +25,18 @@ class Verdict:
     """Names of the rules that it breaks: "failed", "intersections", "stretch", "motion"."""
 
     @property
-    def rank(self) -> tuple[float, ...]:
-        """The least is best: fewest rules, fewest frames with intersections, least stretch."""
+    def excess(self) -> float:
+        """By how much it is off, the least being the best compromise [1].
+
+        The sum of the stretch over the limit, of the share of the frames that intersect, and of what the
+        motion lacks or has too much: a tenth of one counts like a tenth of another.
+        """
         touch = self.outcome.touch
-        if touch is None or touch.frames == 0:
-            return ("failed" in self.broken, 9.0, 1.0, 0.0)
-        share = touch.wrong / touch.frames
-        return ("failed" in self.broken, float(len(self.broken)), share, touch.worst)
+        if "failed" in self.broken or touch is None:
+            return math.inf
+        low, high = MOTION
+        off = max(low - self.motion, self.motion - high, 0.0)
+        return max(touch.worst - LIMIT, 0.0) + touch.wrong / touch.frames + off
 
 
 def judge(outcome: Outcome, reference: list[float]) -> Verdict:
@@ -65,9 +70,4 @@ def best(verdicts: Iterable[Verdict]) -> Verdict | None:
     clean = [verdict for verdict in listed if not verdict.broken]
     if clean:
         return min(clean, key=lambda verdict: verdict.outcome.cost)
-    return min(listed, key=lambda verdict: verdict.rank, default=None)
-
-
-def whole(outcome: Outcome) -> bool:
-    """Whether a run reached the last frame."""
-    return outcome.touch is not None and outcome.touch.frames == FRAMES
+    return min(listed, key=lambda verdict: verdict.excess, default=None)

@@ -25,9 +25,10 @@ def line(outcome: Outcome) -> str:
     if touch is None:
         return f"{head}; {outcome.error or f'{len(outcome.cpu_ms)} frames timed again'}"
     return (
-        f"{head}; {touch.frames} frames, stretch {100 * touch.worst:.2f} % ({100 * touch.worst_everywhere:.1f}), "
-        f"intersecting {touch.itself} + {touch.bodies}, depth {1e3 * touch.depth:.1f} mm, "
-        f"fell {touch.falls[-1] if touch.falls else 0:.3f} m{'; ' + outcome.error if outcome.error else ''}"
+        f"{head}; {touch.frames} frames, stretch {100 * touch.worst:.2f} %, "
+        f"with diagonals {100 * touch.worst_everywhere:.2f} %, intersect {touch.itself} + {touch.bodies}, "
+        f"depth {1e3 * touch.depth:.1f} mm, fell {touch.falls[-1] if touch.falls else 0:.3f} m"
+        f"{'; ' + outcome.error if outcome.error else ''}"
     )
 
 
@@ -35,50 +36,44 @@ def write(
     contenders: Sequence[Contender],
     chosen: Mapping[Key, Verdict],
     results: Results,
-    missing: Mapping[str, str],
     documents: Path,
 ) -> None:
     """Write what is known between the markers of the page."""
-    lines = [*overview(contenders, chosen, results, missing), "", *details(contenders, chosen, results), ""]
-    lines += [*_absent(contenders, missing), _circumstances(contenders, chosen, results)]
+    lines = [*overview(contenders, chosen, results), "", *details(contenders, chosen, results), ""]
+    lines += [*_absent(contenders, results), _circumstances(contenders, chosen, results)]
     page = documents / PAGE
     head, rest = page.read_text().split(BEGIN)
     page.write_text(head + BEGIN + "\n".join(lines) + "\n" + END + rest.split(END)[1])
     print("\n".join(lines))
 
 
-def overview(
-    contenders: Sequence[Contender],
-    chosen: Mapping[Key, Verdict],
-    results: Results,
-    missing: Mapping[str, str],
-) -> list[str]:
+def overview(contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results) -> list[str]:
     """The cost of each engine in each scene, and what it breaks for that."""
     columns = sorted({(scene, size) for _, scene, size in chosen}, key=lambda column: (column[1], column[0]))
     titles = ["CPU ms a frame", *(f"{scene}, {size}²" for scene, size in columns)]
     rows = [_row(titles), "|---" * len(titles) + "|"]
     for contender in contenders:
-        name = contender.engine.name
-        if name in missing:
-            cells = ["not installed"] * len(columns)
-        else:
-            cells = [_cell(chosen, results, (name, *column)) for column in columns]
-        rows.append(_row([contender.engine.title, *cells]))
+        name = contender.name
+        unknown = "not installed" if contender.engine.name in results.missing else "not run"
+        cells = [_cell(chosen, results, (name, *column)) or unknown for column in columns]
+        rows.append(_row([contender.title, *cells]))
     return rows
 
 
 def _cell(chosen: Mapping[Key, Verdict], results: Results, key: Key) -> str:
+    """Empty if there is no result."""
     verdict = chosen.get(key)
     if verdict is None:
-        return "not run"
+        return ""
     touch = verdict.outcome.touch
     if touch is None or touch.frames == 0:
-        return "failed"
+        return f"failed: {verdict.outcome.error or 'no frame'}"
     cost = statistics.median(results.costs(verdict.outcome.case))
     ours = chosen.get((OURS, *key[1:]))
     times = ""
     if key[0] != OURS and ours is not None:
-        times = f" ({figures(cost / statistics.median(results.costs(ours.outcome.case)))} ×)"
+        same_frames = results.costs(ours.outcome.case, touch.frames)
+        times = f" ({figures(cost / statistics.median(same_frames))} ×)"
     broken = {
         "failed": verdict.outcome.error or "",
         "intersections": f"{touch.wrong} of {touch.frames} frames intersect",
@@ -89,9 +84,7 @@ def _cell(chosen: Mapping[Key, Verdict], results: Results, key: Key) -> str:
     return f"{figures(cost)}{times}" + (f"; {', '.join(faults)}" if faults else "")
 
 
-def details(
-    contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results
-) -> list[str]:
+def details(contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results) -> list[str]:
     """A line for each engine, size and scene."""
     titles = ["engine", "scene", "size", "setting", "CPU ms (spread)", "stretch", "frames that intersect"]
     titles += ["depth [mm]", "motion", "time [s]", "keeps all"]
@@ -99,10 +92,10 @@ def details(
     for contender in contenders:
         for (name, scene, size), verdict in chosen.items():
             touch = verdict.outcome.touch
-            if name != contender.engine.name or touch is None:
+            if name != contender.name or touch is None:
                 continue
             case = verdict.outcome.case
-            cells = [contender.engine.title, scene, f"{size}²", words(case.settings)]
+            cells = [contender.title, scene, f"{size}²", words(case.settings)]
             cells += [_spread(results.costs(case)), _per_cent(touch.worst)]
             cells += [f"{touch.itself} itself, {touch.bodies} bodies", f"{1e3 * touch.depth:.1f}"]
             cells += [f"{100 * verdict.motion:.0f} %", f"{touch.frames / 60:.2f}"]
@@ -110,30 +103,31 @@ def details(
     return rows
 
 
-def _absent(contenders: Sequence[Contender], missing: Mapping[str, str]) -> list[str]:
+def _absent(contenders: Sequence[Contender], results: Results) -> list[str]:
     """Why engines are not in the table."""
-    known = [contender.engine.name for contender in contenders]
-    reasons = [reason for name, reason in missing.items() if name in known]
+    known = dict.fromkeys(contender.engine.name for contender in contenders)
+    reasons = [results.missing[name] for name in known if name in results.missing]
     return [*(f"- {reason}" for reason in reasons), ""] if reasons else []
 
 
-def _circumstances(
-    contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results
-) -> str:
+def _circumstances(contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results) -> str:
     run = {name for name, _, _ in chosen}
-    packages = [
+    packages = dict.fromkeys(
         f"{contender.engine.title}: {', '.join(contender.engine.packages)}"
         for contender in contenders
-        if contender.engine.name in run and contender.engine.packages
-    ]
-    lacks = [f"{c.engine.title} has {c.lacks}" for c in contenders if c.lacks and c.engine.name in run]
-    low, high = MOTION
-    return (
-        f"Measured on {results.machine}. {'; '.join(packages)}. A run has {FRAMES} frames of 1/60 s if its time "
-        f"sufficed, a thickness of {1e3 * THICKNESS:g} mm and a friction of {FRICTION:g}. To be kept: "
-        f"{100 * LIMIT:g} % of stretch, no intersection, {100 * low:.0f} to {100 * high:.0f} % of the motion. "
-        f"{'; '.join(lacks)}."
+        if contender.name in run and contender.engine.packages
     )
+    lacks = [f"{one.title} has {one.lacks}." for one in contenders if one.lacks and one.name in run]
+    low, high = MOTION
+    sentences = [
+        f"Measured on {results.machine}.",
+        *([f"{'; '.join(packages)}."] if packages else []),
+        f"A run has {FRAMES} frames of 1/60 s if its time sufficed, the thickness is {1e3 * THICKNESS:g} mm,",
+        f"the friction {FRICTION:g}. To be kept: {100 * LIMIT:g} % of stretch, no intersection,",
+        f"{100 * low:.0f} to {100 * high:.0f} % of the motion.",
+        *lacks,
+    ]
+    return " ".join(sentences)
 
 
 def _spread(costs: Sequence[float]) -> str:

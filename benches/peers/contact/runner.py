@@ -1,6 +1,7 @@
-"""Runs one case with contact: writes the job, starts the engine's adapter, has the oracle judge the frames."""
+"""Runs one case with contact: writes the job, starts the adapter, has the oracle judge the frames."""
 
 import json
+import math
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -11,7 +12,7 @@ from contact.oracle import Oracle
 from contact.results import Outcome
 from contact.scenes import FRAMES, ContactSheet
 from runner import PATIENCE, call, machine
-from store import WARM_UP, Case
+from store import Case
 
 LEAST = 45
 """Frames that every run makes, however slow: 0.75 s, in which the sheet falls and lands."""
@@ -39,9 +40,14 @@ def run(command: list[str], case: Case, environment: Path, seconds: float, least
     return _run(command, case, environment, seconds, least, judged=True)
 
 
+def least_seconds(run: Outcome | None) -> float:
+    """CPU time that timing a run again takes at least [s]."""
+    return math.inf if run is None else sum(run.cpu_ms[:LEAST]) / 1e3
+
+
 def retime(command: list[str], case: Case, environment: Path, seconds: float) -> Outcome:
     """Time the frames of a case again, for about this long [s]; the result has nothing but times."""
-    outcome = _run(command, case, environment, seconds, 4 * WARM_UP, judged=False)
+    outcome = _run(command, case, environment, seconds, LEAST, judged=False)
     if outcome.error is not None:
         raise RuntimeError(f"{case.key}: could not be timed again ({outcome.error})")
     return outcome

@@ -106,9 +106,7 @@ CORNER_UP = (45.0, -float(np.degrees(np.arctan(np.sqrt(0.5)))))
 """Turns a cube so that a corner is at its top [degrees]."""
 
 SETTINGS = {
-    "ball": Setting(
-        (-0.47, -0.51, 0.9), (0.0, 0.0), (0.0, 0.0, 0.0), (Ball((0.0, 0.0, 0.4), 0.3), Floor())
-    ),
+    "ball": Setting((-0.47, -0.51, 0.9), (0.0, 0.0), (0.0, 0.0, 0.0), (Ball((0.0, 0.0, 0.4), 0.3), Floor())),
     "corner": Setting(
         (-0.49, -0.51, 0.9),
         (0.0, 0.0),

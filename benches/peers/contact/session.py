@@ -11,12 +11,11 @@ from contact.results import Outcome, Results
 from contact.scenes import CONTACT_SCENES
 from environments import UnavailableError, prepare
 from search import Settings
-from store import Case
 
 REFERENCE_SECONDS = 1800.0
 """CPU time allowed for taut's finer run [s]; it is run once."""
-REPEATS = 3
-"""Times that each winner is timed."""
+REPEATS = 2
+"""Times that each winner is timed again."""
 TRIES = 4.0
 """CPU time for all settings of an engine in a scene, in times of one run's [1]."""
 
@@ -31,7 +30,7 @@ class ContactSession:
 
         Args:
             engines: names of those to run.
-            sizes: particles along an edge; None: those that each engine is fast enough for.
+            sizes: particles along an edge; None: the usual ones.
             seconds: CPU time of a run [s], if it is not over before.
             out: folder of results and environments.
         """
@@ -40,7 +39,6 @@ class ContactSession:
         self._sizes, self._seconds = sizes, seconds
         self._environments = out.resolve() / "env"
         self._commands: dict[str, list[str] | None] = {}
-        self._missing: dict[str, str] = {}
 
     def search(self) -> None:
         """Try settings from cheap to dear, until one breaks nothing or the time is used up."""
@@ -48,34 +46,41 @@ class ContactSession:
             reference = self._reference(scene, size)
             left = TRIES * self._seconds
             for settings in contender.settings(size):
-                if left <= 0 or (outcome := self._once(contender, settings, scene, size, self._seconds)) is None:
+                if (
+                    left <= 0
+                    or (outcome := self._once(contender, settings, scene, size, self._seconds)) is None
+                ):
                     break
                 left -= sum(outcome.cpu_ms) / 1e3
                 if not judge(outcome, reference).broken:
                     break
 
     def retime(self, seconds: float) -> None:
-        """Time all winners again, in about this long [s] together; engines take turns."""
+        """Time all winners again, in about this long [s] together; engines take turns.
+
+        What would take more than its share even with the fewest frames is left with the time of its run.
+        """
         winners = [
             (contender, verdict.outcome.case, sum(verdict.outcome.cpu_ms) / 1e3)
             for contender, scene, size in self._places(self._asked)
-            if (verdict := self._chosen(contender, scene, size)) is not None and "failed" not in verdict.broken
+            if (verdict := self._chosen(contender, scene, size)) is not None
+            and "failed" not in verdict.broken
         ]
         share = fair_share([whole for _, _, whole in winners], seconds / REPEATS)
         for _ in range(REPEATS):
             for contender, case, _ in winners:
                 command = self._command(contender)
-                if command is not None:
+                if command is not None and runner.least_seconds(self.results.get(case)) <= share:
                     self._keep(runner.retime(command, case, self._folder(contender), share))
 
     def write(self, documents: Path) -> None:
         """Write what is known of all engines into the page."""
         chosen = {
-            (contender.engine.name, scene, size): verdict
+            (contender.name, scene, size): verdict
             for contender, scene, size in self._places(CONTENDERS, known=True)
             if (verdict := self._chosen(contender, scene, size)) is not None
         }
-        report.write(CONTENDERS, chosen, self.results, self._missing, documents)
+        report.write(CONTENDERS, chosen, self.results, documents)
 
     def _places(
         self, contenders: Sequence[Contender], known: bool = False
@@ -83,10 +88,10 @@ class ContactSession:
         """Engines, scenes and sizes that were asked for, or that there are results of."""
         places = []
         for contender in contenders:
-            engine = contender.engine
-            sizes: Sequence[int] = contender.sizes if self._sizes is None else self._sizes
+            sizes: Sequence[int] = self._sizes or contender.sizes
             if known:
-                sizes = sorted({run.case.size for run in self.results.of(engine.name, engine.version)})
+                runs = self.results.of(contender.name, contender.engine.version)
+                sizes = sorted({run.case.size for run in runs})
             places += [(contender, scene, size) for size in sizes for scene in CONTACT_SCENES]
         return places
 
@@ -95,7 +100,7 @@ class ContactSession:
 
         It does not age with the engine.
         """
-        outcome = self.results.newest(FINE.engine.name, scene, size)
+        outcome = self.results.newest(FINE.name, scene, size)
         if outcome is None:
             outcome = self._once(FINE, FINE.settings(size)[0], scene, size, REFERENCE_SECONDS)
         if outcome is None or outcome.touch is None:
@@ -118,10 +123,11 @@ class ContactSession:
         if name not in self._commands:
             try:
                 self._commands[name] = prepare(contender.engine, self._folder(contender))
+                self.results.found(name)
             except UnavailableError as error:
                 print(error, flush=True)
                 self._commands[name] = None
-                self._missing[name] = str(error)
+                self.results.miss(name, str(error))
         return self._commands[name]
 
     def _once(
