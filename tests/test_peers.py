@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from taut import Scene, Simulation
 
+from contact.contenders import CONTENDERS
 from engines import ENGINES, TAUT
 from harness import Job, serve
 from judge import Reference, reference_of, trials_of, winners_of
@@ -344,12 +345,17 @@ class TestAdapters:
 def test_the_command_line_reads_lists() -> None:
     asked = options(["--engines", "jolt,taut", "--sizes", "8,16", "--limits", "10,0.5"])
     assert (asked.engines, asked.sizes, asked.limits) == (["jolt", "taut"], [8, 16], [0.1, 0.005])
-    assert options([]).engines == list(ENGINES)
+    assert set(options([]).engines) == {*ENGINES, *(contender.engine.name for contender in CONTENDERS)}
+    assert (options([]).only, options(["--only", "contact"]).only) == (None, "contact")
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [(["--engines", "havok"], "must be of taut, jolt"), (["--limits", "-3"], "must be over 0")],
+    [
+        (["--engines", "havok"], "must be of taut, jolt"),
+        (["--limits", "-3"], "must be over 0"),
+        (["--only", "speed"], "invalid choice"),
+    ],
 )
 def test_the_command_line_refuses(
     arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
