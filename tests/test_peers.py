@@ -316,8 +316,10 @@ def serve_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, **fields: Any) ->
     (tmp_path / "job.json").write_text(json.dumps(job))
     monkeypatch.setattr("sys.argv", ["adapter", str(tmp_path / "job.json")])
     serve(Falling)
-    frames = np.fromfile(tmp_path / "output", np.float32).reshape(-1, 16, 3)
-    return len(frames), json.loads((tmp_path / "report").read_text())
+    size = 8 if "bodies" in fields else 4
+    return (tmp_path / "output").stat().st_size // (3 * 16 * size), json.loads(
+        (tmp_path / "report").read_text()
+    )
 
 
 class TestAdapters:
@@ -336,6 +338,19 @@ class TestAdapters:
     ) -> None:
         frames, _ = serve_job(tmp_path, monkeypatch, seconds=-1.0, foresee=False)
         assert WARM_UP < frames == 10
+
+    def test_makes_the_least_frames_that_were_asked_for(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        frames, _ = serve_job(tmp_path, monkeypatch, seconds=-1.0, foresee=False, least=15)
+        assert frames == 15
+
+    def test_positions_with_contact_are_written_in_double_precision(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        serve_job(tmp_path, monkeypatch, bodies=[], frames=1)
+        [drop] = np.unique(-np.fromfile(tmp_path / "output", np.float64).reshape(16, 3)[:, 2])
+        assert drop == 9.81 / 2 * (1 / FPS) ** 2
 
     def test_stops_when_the_cloth_blows_up(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         frames, _ = serve_job(tmp_path, monkeypatch, settings={"lost_after": 7})

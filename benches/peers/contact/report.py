@@ -2,6 +2,7 @@
 
 import statistics
 from collections.abc import Mapping, Sequence
+from importlib.metadata import version
 from pathlib import Path
 
 from contact.choose import LIMIT, MOTION, Verdict
@@ -13,6 +14,7 @@ from report import figures, words
 PAGE = "peers.md"
 BEGIN, END = "<!-- contact: begin -->\n", "<!-- contact: end -->"
 OURS = "taut"
+OWN_VERSION = f"taut=={version(OURS)}"
 
 Key = tuple[str, str, int]
 """An engine's name, a scene, a size."""
@@ -113,9 +115,9 @@ def _absent(contenders: Sequence[Contender], results: Results) -> list[str]:
 def _circumstances(contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results) -> str:
     run = {name for name, _, _ in chosen}
     packages = dict.fromkeys(
-        f"{contender.engine.title}: {', '.join(contender.engine.packages)}"
+        f"{contender.engine.title}: {', '.join(contender.engine.packages) or OWN_VERSION}"
         for contender in contenders
-        if contender.name in run and contender.engine.packages
+        if contender.name in run
     )
     lacks = [f"{one.title} has {one.lacks}." for one in contenders if one.lacks and one.name in run]
     low, high = MOTION
