@@ -253,6 +253,9 @@ class TestChoice:
         assert [verdict.excess for verdict in verdicts[:2]] == pytest.approx([0.35, 0.3])
         assert best(verdicts) is verdicts[1]
         assert best([verdicts[0], verdicts[3]]) is verdicts[0]
+        frozen = judge(outcome(worst=0.0, falls=[0.0] * 10), REFERENCE)
+        tangled = judge(outcome(worst=LIMIT + 0.5, wrong=10), REFERENCE)
+        assert best([frozen, tangled]) is tangled
         assert best([]) is None
 
     def test_time_is_shared_where_cheap_ones_want_less(self) -> None:

@@ -65,9 +65,12 @@ def judge(outcome: Outcome, reference: list[float]) -> Verdict:
 
 
 def best(verdicts: Iterable[Verdict]) -> Verdict | None:
-    """The cheapest that breaks nothing; if there is none, the best compromise."""
+    """The cheapest that breaks nothing; if there is none, the best compromise.
+
+    What does not move like the reference is no compromise as long as something else does.
+    """
     listed = list(verdicts)
     clean = [verdict for verdict in listed if not verdict.broken]
     if clean:
         return min(clean, key=lambda verdict: verdict.outcome.cost)
-    return min(listed, key=lambda verdict: verdict.excess, default=None)
+    return min(listed, key=lambda verdict: ("motion" in verdict.broken, verdict.excess), default=None)

@@ -51,9 +51,10 @@ def _taut(size: int) -> list[Settings]:
 def _rapier(size: int) -> list[Settings]:
     """Its own choices first, then stiffer edges in more substeps; a sheet as thin as the others' last."""
     small = [(4, 30.0, 0.0), (32, 480.0, 0.0), (64, 960.0, 0.0), (64, 960.0, 0.002)]
+    large = [(4, 30.0, 0.0), (16, 480.0, 0.0), (64, 1920.0, 0.0)]
     return [
         {"substeps": substeps, "frequency": frequency, "radius": radius}
-        for substeps, frequency, radius in (small if size <= MIDDLE else [small[0], (16, 480.0, 0.0)])
+        for substeps, frequency, radius in (small if size <= MIDDLE else large)
     ]
 
 
@@ -62,16 +63,16 @@ def _mujoco(mode: str) -> Callable[[int], list[Settings]]:
     small = [(4, 4e6, 50), (8, 4e6, 50), (8, 16e6, 100)]
     return lambda size: [
         {"mode": mode, "steps": steps, "young": young, "iterations": iterations}
-        for steps, young, iterations in (small if size <= MIDDLE else [small[0], small[2]])
+        for steps, young, iterations in (small if size <= MIDDLE else small[1:2])
     ]
 
 
 def _newton(size: int) -> list[Settings]:
     """Fewer substeps are not cheaper: they have to reach further, and find more pairs."""
-    small = [(20, 4, 1e4), (20, 10, 2e4), (40, 4, 4e4)]
+    tried = [(20, 4, 1e4), (20, 10, 2e4), (40, 4, 4e4)]
     return [
         {"substeps": substeps, "iterations": iterations, "stiffness": stiffness, "contact": 2e4}
-        for substeps, iterations, stiffness in small
+        for substeps, iterations, stiffness in tried
     ]
 
 

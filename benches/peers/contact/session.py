@@ -16,7 +16,7 @@ REFERENCE_SECONDS = 1800.0
 """CPU time allowed for taut's finer run [s]; it is run once."""
 REPEATS = 2
 """Times that each winner is timed again."""
-TRIES = 4.0
+TRIES = 10.0
 """CPU time for all settings of an engine in a scene, in times of one run's [1]."""
 
 
