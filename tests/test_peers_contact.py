@@ -344,9 +344,12 @@ class TestTable:
             missing="jolt",
         )
         assert row(lines, "CPU ms a frame")[1:] == ["ball, 33²", "ball, 65²"]
-        assert row(lines, "taut")[1:] == ["4.0", "not run"]
+        assert row(lines, "taut")[1:] == ["4.0; first 0.17 s", "not run"]
         theirs = row(lines, "Rapier")
-        assert theirs[1:] == ["48 (12 ×); 3 of 10 frames intersect, stretch 19.0 %", "300"]
+        assert theirs[1:] == [
+            "48 (12 ×); 3 of 10 frames intersect, stretch 19.0 %, first 0.17 s",
+            "300; first 0.17 s",
+        ]
         assert row(lines, "Jolt (WebAssembly)")[1:] == ["not installed"] * 2
         assert row(lines, "Newton (CPU)")[1:] == ["not run"] * 2
         assert "- jolt is left out: there is none." in lines
@@ -363,7 +366,7 @@ class TestTable:
             tmp_path,
             {"ours": judge(ours, REFERENCE), "short": judge(outcome(rapier, cost=20.0), REFERENCE)},
         )
-        assert row(lines, "Rapier")[1] == "20 (10 ×)"
+        assert row(lines, "Rapier")[1] == "20 (10 ×); first 0.17 s"
 
     def test_a_failure_says_why(self, tmp_path: Path) -> None:
         failed = Outcome(outcome().case, [], 30.0, error="no such shape", machine="abacus")

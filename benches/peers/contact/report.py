@@ -10,6 +10,7 @@ from contact.contenders import Contender
 from contact.results import Outcome, Results
 from contact.scenes import FRAMES, FRICTION, THICKNESS
 from report import figures, words
+from sheet import FPS
 
 PAGE = "peers.md"
 BEGIN, END = "<!-- contact: begin -->\n", "<!-- contact: end -->"
@@ -83,6 +84,8 @@ def _cell(chosen: Mapping[Key, Verdict], results: Results, key: Key) -> str:
         "motion": f"motion {100 * verdict.motion:.0f} %",
     }
     faults = [broken[name] for name in verdict.broken]
+    if touch.finite and touch.frames < FRAMES:
+        faults.append(f"first {touch.frames / FPS:.2f} s")
     return f"{figures(cost)}{times}" + (f"; {', '.join(faults)}" if faults else "")
 
 
@@ -100,7 +103,7 @@ def details(contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], resu
             cells = [contender.title, scene, f"{size}²", words(case.settings)]
             cells += [_spread(results.costs(case)), _per_cent(touch.worst)]
             cells += [f"{touch.itself} itself, {touch.bodies} bodies", f"{1e3 * touch.depth:.1f}"]
-            cells += [f"{100 * verdict.motion:.0f} %", f"{touch.frames / 60:.2f}"]
+            cells += [f"{100 * verdict.motion:.0f} %", f"{touch.frames / FPS:.2f}"]
             rows.append(_row([*cells, "no" if verdict.broken else "yes"]))
     return rows
 
