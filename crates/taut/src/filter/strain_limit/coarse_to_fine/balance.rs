@@ -15,7 +15,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::blocks::{Blocks, add_to, of};
+use super::blocks::{Blocks, add_to, of, outer};
 use super::interior::Link;
 use crate::contact::Support;
 
@@ -425,9 +425,4 @@ fn within(hold: DVec3, step: DVec3) -> DVec3 {
 
 fn step_of(step: &[f64], column: u32) -> DVec3 {
     if column == NONE { DVec3::ZERO } else { of(step, column) }
-}
-
-/// a b^T.
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }

@@ -93,3 +93,8 @@ pub(super) fn add_to(vector: &mut [f64], column: u32, what: DVec3) {
     let place = &mut vector[3 * column as usize..][..3];
     (DVec3::from_slice(place) + what).write_to_slice(place);
 }
+
+/// a b^T.
+pub(super) fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}

@@ -7,10 +7,9 @@
 //! `(M + sum m L / a^2 + sum m / s j j^T) dD = ..`, j the gradient of g and L the Laplacian of a spring: blocks of 3 x 3 for each particle
 //! and each spring. L is what projections along fixed directions do not have: it knows that springs turn.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
-use super::super::cholesky::Cholesky;
-use crate::model::Adjacency;
+use super::blocks::{Blocks, add_to, of, outer};
 
 /// Newton steps at most.
 const ROUNDS: usize = 60;
@@ -62,11 +61,9 @@ pub(super) struct Interior {
     /// Particles that may move, and the number of each among them.
     movable: Vec<u32>,
     number: Vec<Option<u32>>,
-    /// First entry of each column of the matrix, and, for each spring, the place of its block in a column.
-    columns: Vec<u32>,
-    blocks: Vec<u32>,
-    values: Vec<f64>,
-    cholesky: Cholesky,
+    /// The matrix, and, for each spring, the place of its block in a column.
+    blocks: Blocks,
+    places: Vec<u32>,
     springs: Vec<Iterate>,
     /// Right side, then the step [m].
     step: Vec<f64>,
@@ -96,36 +93,14 @@ impl Interior {
             number[particle] = Some(index);
         }
         let both = |[u, v]: [u32; 2]| Some([number[u as usize]?, number[v as usize]?]);
-        let below = pairs.clone().filter_map(both).map(|[u, v]| (u.max(v), u.min(v)));
-        let around = Adjacency::new(movable.len(), below);
-        let (mut columns, mut rows) = (vec![0], Vec::new());
-        for column in 0..movable.len() {
-            let mut above = around.of(column).to_vec();
-            above.sort_unstable();
-            above.dedup();
-            for axis in 0..3 {
-                rows.extend(above.iter().flat_map(|row| 3 * row..3 * row + 3));
-                rows.extend((0..=axis).map(|other| 3 * column as u32 + other));
-                columns.push(rows.len() as u32);
-            }
-        }
-        let place = |ends: [u32; 2]| match both(ends) {
-            Some([u, v]) => {
-                let first = 3 * u.max(v) as usize;
-                let above = &rows[columns[first] as usize..columns[first + 1] as usize];
-                above.partition_point(|row| *row < 3 * u.min(v)) as u32 / 3
-            }
-            None => 0,
-        };
+        let blocks = (!movable.is_empty()).then(|| Blocks::new(movable.len(), pairs.clone().filter_map(both)))??;
         Some(Self {
-            blocks: pairs.clone().map(place).collect(),
-            values: vec![0.0; rows.len()],
-            cholesky: (!movable.is_empty()).then(|| Cholesky::new(columns.clone(), rows))??,
+            places: pairs.clone().map(|ends| both(ends).and_then(|columns| blocks.place(columns)).unwrap_or(0)).collect(),
             springs: vec![Iterate::default(); pairs.len()],
             step: vec![0.0; 3 * movable.len()],
             movable: movable.iter().map(|particle| *particle as u32).collect(),
             number,
-            columns,
+            blocks,
         })
     }
 
@@ -168,7 +143,7 @@ impl Interior {
             self.solve(links, weights, proposed, found);
             let part = self.reach(NEAR);
             for (column, &particle) in self.movable.iter().enumerate() {
-                found[particle as usize] += part * DVec3::from_slice(&self.step[3 * column..]);
+                found[particle as usize] += part * of(&self.step, column as u32);
             }
             for spring in &mut self.springs {
                 spring.slack += part * spring.slack_step;
@@ -180,7 +155,7 @@ impl Interior {
     }
 
     fn step_of(number: &[Option<u32>], step: &[f64], particle: u32) -> DVec3 {
-        number[particle as usize].map_or(DVec3::ZERO, |column| DVec3::from_slice(&step[3 * column as usize..]))
+        number[particle as usize].map_or(DVec3::ZERO, |column| of(step, column))
     }
 
     /// Springs at the present displacements.
@@ -196,9 +171,7 @@ impl Interior {
     fn residual(&mut self, links: &[Link], weights: &[f64], proposed: &[DVec3], found: &[DVec3]) -> f64 {
         self.right_side(links, weights, proposed, found, |spring| spring.multiplier);
         let places = self.movable.iter().enumerate();
-        places
-            .map(|(column, &particle)| DVec3::from_slice(&self.step[3 * column..]).length_squared() * weights[particle as usize])
-            .sum()
+        places.map(|(column, &particle)| of(&self.step, column as u32).length_squared() * weights[particle as usize]).sum()
     }
 
     /// -(M (D - D*) + sum j pull(spring)), into the step.
@@ -218,45 +191,25 @@ impl Interior {
             let force = spring.gradient * pull(spring);
             for (end, force) in link.ends.into_iter().zip([force, -force]) {
                 if let Some(column) = self.number[end as usize] {
-                    let place = &mut self.step[3 * column as usize..][..3];
-                    (DVec3::from_slice(place) + force).write_to_slice(place);
+                    add_to(&mut self.step, column, force);
                 }
             }
         }
     }
 
     fn factorise(&mut self, links: &[Link], weights: &[f64]) -> bool {
-        self.values.fill(0.0);
-        for (column, &particle) in self.movable.iter().enumerate() {
-            for axis in 0..3 {
-                // The last entry of a column lies on the diagonal.
-                self.values[self.columns[3 * column + axis + 1] as usize - 1] = weights[particle as usize].recip();
-            }
-        }
-        for ((spring, link), &block) in self.springs.iter().zip(links).zip(&self.blocks) {
-            let along = spring.gradient * (spring.multiplier / spring.slack);
-            let across = spring.multiplier / (link.aim * link.aim);
-            let entry =
-                |row: usize, column: usize| spring.gradient[row] * along[column] + if row == column { across } else { 0.0 };
+        self.blocks.begin(self.movable.iter().map(|&particle| weights[particle as usize].recip()));
+        for ((spring, link), &place) in self.springs.iter().zip(links).zip(&self.places) {
+            let across = DVec3::splat(spring.multiplier / (link.aim * link.aim));
+            let block =
+                outer(spring.gradient, spring.gradient * (spring.multiplier / spring.slack)) + DMat3::from_diagonal(across);
             let numbers = link.ends.map(|end| self.number[end as usize]);
-            for column in numbers.into_iter().flatten().map(|column| column as usize) {
-                for axis in 0..3 {
-                    let end = self.columns[3 * column + axis + 1] as usize;
-                    for row in 0..=axis {
-                        self.values[end - 1 - axis + row] += entry(row, axis);
-                    }
-                }
-            }
+            numbers.into_iter().flatten().for_each(|column| self.blocks.add(column, &block));
             if let [Some(u), Some(v)] = numbers {
-                for axis in 0..3 {
-                    let first = self.columns[3 * u.max(v) as usize + axis] as usize + 3 * block as usize;
-                    for row in 0..3 {
-                        self.values[first + row] -= entry(row, axis);
-                    }
-                }
+                self.blocks.add_between([u, v], place, &(block * -1.0));
             }
         }
-        self.cholesky.factorise(&self.values)
+        self.blocks.factorise()
     }
 
     /// The steps of displacements, slacks and multipliers for what is asked of springs.
@@ -265,7 +218,7 @@ impl Interior {
         self.right_side(links, weights, proposed, found, |spring| {
             (spring.product + spring.multiplier * spring.residual) / spring.slack
         });
-        self.cholesky.solve(&mut self.step);
+        self.blocks.solve(&mut self.step);
         for (spring, link) in self.springs.iter_mut().zip(links) {
             let [u, v] = link.ends.map(|end| Self::step_of(&self.number, &self.step, end));
             let closer = spring.gradient.dot(v - u);
