@@ -36,7 +36,7 @@ pub struct Work {
     ends: Vectors,
     /// Where bodies begin a step, and where they end it [m].
     bodies: [Vec<DVec3>; 2],
-    /// The state before a part of a step, and before several steps.
+    /// The state before a part of a step that contact may have to halve; before several steps.
     before_part: State,
     pub(crate) before: State,
 }
@@ -61,7 +61,7 @@ impl Work {
             filter: Filter::new(model, &plan),
             health: Health::new(model),
             ends: Vectors::zeros(model.particle_count()),
-            before_part: State::new(model),
+            before_part: if model.contact.is_on { State::new(model) } else { State::default() },
             before: State::new(model),
             bodies: [model.bodies.rest.clone(), model.bodies.rest.clone()],
             schedule: schedule.clone(),
