@@ -97,6 +97,27 @@ def test_what_is_reported() -> None:
     assert lowest == pytest.approx(0.003, rel=0.05), "half of the thickness and the skin of the floor"
 
 
+def test_a_trace_has_all_parts_of_all_steps() -> None:
+    """A ball that goes further than a cell in a step."""
+    ball = {"name": "ball", "sphere": {"center": [0, -0.5, 0.3], "radius": 0.1}, "move": [[0.1, [0, 2, 0]]]}
+    pins = [{"box": [[-1, -1, 0.549], [1, 1, 0.6]]}]
+    simulation = Simulation(Scene({"cloth": [{**CLOTH, "pins": pins}], "body": [ball, FLOOR]}))
+    assert simulation.trace is None
+    simulation.keep_trace()
+    assert simulation.trace == []
+    simulation.step(3)
+    trace = simulation.trace
+    assert trace
+    assert len(trace) >= 3 * 4
+    now = np.concatenate([simulation.exact_positions, simulation.body_positions])
+    np.testing.assert_array_equal(trace[-1], now)
+    # The ball goes in even parts: its middle is the first vertex of the bodies.
+    middles = [-0.5, *(moment[len(simulation.mass), 1] for moment in trace)]
+    assert np.diff(middles).max() < 0.6 * 2 / 0.1 / 60
+    simulation.keep_trace(False)
+    assert simulation.trace is None
+
+
 def test_distances_of_triangles_from_points_and_lines() -> None:
     corners = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
     for point, expected in (

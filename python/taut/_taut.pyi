@@ -204,6 +204,13 @@ class Engine:
         which the cloth is pushed, how hard [N] and the friction [N]: shapes (n,), (n,), (n, 3), (n, 3), (n,)
         and (n, 3).
         """
+    def keep_trace(self, keep: bool) -> None:
+        """Whether steps tell where their parts end, from now on."""
+    def trace(self) -> list[NDArray[np.float64]] | None:
+        """Where the parts of the steps of the last :meth:`step` ended [m], in their order, if kept.
+
+        Each has shape (vertices + body vertices, 3): of all cloths, then of all bodies.
+        """
     def intersections(
         self,
     ) -> tuple[int, list[tuple[str, str, str, str, int, list[float], float | None]]]:

@@ -74,6 +74,25 @@ class Surrounded(Simulated):
         """
         return contacts_of(self._engine.contacts())
 
+    def keep_trace(self, keep: bool = True) -> None:
+        """Have steps tell where their parts end, from now on; that takes memory and time.
+
+        Args:
+            keep: whether it shall.
+        """
+        self._engine.keep_trace(keep)
+
+    @property
+    def trace(self) -> list[NDArray[np.float64]] | None:
+        """Where the parts of the steps of the last :meth:`step` ended [m]; none without :meth:`keep_trace`.
+
+        A step has one part, or several where contact or a fast body asks for it. From the end of a part to
+        that of the next everything goes in a straight line, and nothing crosses anything. Each array has
+        shape (vertices + body vertices, 3), float64: what :attr:`exact_positions` and :attr:`body_positions`
+        were. Empty before the first step.
+        """
+        return self._engine.trace()
+
     def intersections(self) -> Intersections:
         """Where cloth intersects bodies, other cloth or itself now.
 

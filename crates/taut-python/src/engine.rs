@@ -12,21 +12,21 @@ use taut::prepare::{Prepared, prepare};
 use taut::scene::Scene;
 use taut::schedule::Schedule;
 use taut::state::{Clock, State};
-use taut::step::{Work, admit, external, touches};
+use taut::step::{Work, admit, external};
 
 use crate::checks::{affordable, below, duration, explain, movable, scene_with, workers};
 use crate::report::report;
 use crate::running::{Guarded, Running};
 use crate::turns::{Turns, or_error};
-use crate::{arrays, bodies, contacts, intersections, pools, registers, scene_error, yardstick};
+use crate::{arrays, pools, registers, scene_error, yardstick};
 
 /// See `_taut.pyi` for the documentation of the members.
 #[pyclass(frozen, module = "taut._taut")]
 pub struct Engine {
     scene: Scene,
-    model: Model,
+    pub(crate) model: Model,
     schedule: Schedule,
-    running: Guarded,
+    pub(crate) running: Guarded,
 }
 
 /// Seconds of each pass, and the forces.
@@ -117,41 +117,6 @@ impl Engine {
     #[getter]
     fn cloths(&self) -> Vec<(String, usize, usize)> {
         self.model.cloths.iter().map(|cloth| (cloth.name.clone(), cloth.first, cloth.count)).collect()
-    }
-
-    #[getter]
-    fn bodies(&self, py: Python<'_>) -> PyResult<Vec<bodies::Described>> {
-        self.running.with(py, |running| bodies::describe(&self.model.bodies, &running.inputs.bodies))
-    }
-
-    #[getter]
-    fn body_triangles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i32>> {
-        bodies::triangles(py, &self.model.bodies)
-    }
-
-    fn body_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let places = self.running.with(py, |running| running.state.bodies.clone())?;
-        Ok(arrays::rows_of(PyArray1::from_iter(py, places.iter().flat_map(|place| place.to_array())), 3))
-    }
-
-    fn intersections(&self, py: Python<'_>) -> PyResult<intersections::Found> {
-        let state = self.running.with(py, |running| running.state.clone())?;
-        or_error(|| py.detach(|| intersections::find(&self.model, &state)))
-    }
-
-    fn shift_body(&self, py: Python<'_>, body: usize, offset: [f64; 3], over: f64) -> PyResult<()> {
-        bodies::check_shift(&self.model, body, offset, over)?;
-        self.running.with(py, |running| bodies::shift(&self.model, running, body, offset.into(), over))
-    }
-
-    fn body_offset(&self, py: Python<'_>, body: usize) -> PyResult<[f64; 3]> {
-        below("body", body, self.model.bodies.list.len())?;
-        Ok(self.running.with(py, |running| bodies::offset(&self.model, running, body))?.to_array())
-    }
-
-    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<contacts::Arrays<'py>> {
-        let found = self.running.with(py, |running| touches(&running.state, &running.work))?;
-        Ok(contacts::arrays(py, &self.model, &found))
     }
 
     #[getter]

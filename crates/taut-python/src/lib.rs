@@ -11,6 +11,7 @@ mod pools;
 mod registers;
 mod report;
 mod running;
+mod surroundings;
 mod turns;
 mod yardstick;
 

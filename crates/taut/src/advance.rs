@@ -108,6 +108,7 @@ pub fn advance_in_turns(
 ) -> Result<Summary, Failure> {
     if count > 0 {
         work.schedule().check(model, dt)?;
+        work.keep_trace(work.trace().is_some());
     }
     let pool = work.pool();
     pool.install(state.positions.len(), || work.before.copy_from(state, &pool));

@@ -39,6 +39,17 @@ pub struct Work {
     /// The state before a part of a step that contact may have to halve; before several steps.
     before_part: State,
     pub(crate) before: State,
+    /// Where each part of the last steps ended, if that is asked for.
+    trace: Option<Vec<Moment>>,
+}
+
+/// Where everything is at the end of a part of a step.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Moment {
+    /// Of all particles, in the world [m].
+    pub particles: Vec<DVec3>,
+    /// Of the vertices of all bodies [m].
+    pub bodies: Vec<DVec3>,
 }
 
 impl Work {
@@ -63,6 +74,7 @@ impl Work {
             ends: Vectors::zeros(model.particle_count()),
             before_part: if model.contact.is_on { State::new(model) } else { State::default() },
             before: State::new(model),
+            trace: None,
             bodies: [model.bodies.rest.clone(), model.bodies.rest.clone()],
             schedule: schedule.clone(),
             plan,
@@ -85,6 +97,18 @@ impl Work {
     #[must_use]
     pub fn schedule(&self) -> &Schedule {
         &self.schedule
+    }
+
+    /// Whether steps tell where their parts end, from now on: between these all ways are straight. Takes memory and time.
+    pub fn keep_trace(&mut self, keep: bool) {
+        self.trace = keep.then(Vec::new);
+    }
+
+    /// Where the parts of the steps since [`Self::keep_trace`] or the last [`crate::advance`] began have ended, in their order; none
+    /// where that was not asked for.
+    #[must_use]
+    pub fn trace(&self) -> Option<&[Moment]> {
+        self.trace.as_deref()
     }
 
     /// Forgets what touched in the last step: the state is no longer its end.
@@ -180,6 +204,9 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
             continue;
         }
         parts.take(was_cut);
+        if let Some(trace) = &mut work.trace {
+            trace.push(Moment { particles: state.places(model), bodies: state.bodies.clone() });
+        }
         all = Some(all.map_or(report, |all| all.and(report)));
     }
     state.clock = end;

@@ -7,7 +7,7 @@ import ipctk
 import numpy as np
 from numpy.typing import NDArray
 from taut import Simulation
-from taut.bodies import Body, normal_of
+from taut.bodies import Body, bodies_at, normal_of
 
 Points = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ class Seen:
     intersects: bool
     """Whether triangles intersect, or links pass through them."""
     crosses: bool
-    """Whether something met something on the straight way since the last look."""
+    """Whether something met something since the last look, on the straight ways between the ends of parts."""
     inside: tuple[str, ...]
     """Names of spheres, capsules and planes that a triangle or a link reaches into."""
 
@@ -30,39 +30,81 @@ class Seen:
 
 
 class Oracle:
-    """Looks at a simulation again and again.
+    """Looks at a simulation again and again, at all parts of the last steps.
 
     Spheres and capsules are no meshes. Their middles are, a vertex and an edge: the toolkit sees whether
     cloth goes through those on its way, NumPy how far whole triangles are from them.
     """
 
     def __init__(self, simulation: Simulation) -> None:
-        """Of a simulation as it is now."""
-        places, edges, faces = _world(simulation)
-        self._mesh = ipctk.CollisionMesh(places, edges, faces)
+        """Of a simulation as it is now, which keeps its trace from now on."""
+        simulation.keep_trace()
+        bodies = simulation.bodies
+        self._vertices = len(simulation.mass)
+        self._used = _used(self._vertices, bodies)
+        self._faces, self._links = simulation.faces, links_of(simulation)
+        places = self._places(_now(simulation))
+        self._mesh = ipctk.CollisionMesh(places, *_world(simulation, bodies))
         # Bodies may overlap: legs begin inside a torso.
-        self._mesh.can_collide = ipctk.make_static_obstacle_filter(len(simulation.mass))
+        self._mesh.can_collide = ipctk.make_static_obstacle_filter(self._vertices)
         self._before = places
 
     def look(self, simulation: Simulation) -> Seen:
-        """What is wrong now, or was on the straight way since the last look."""
-        bodies = simulation.bodies
-        places = _places(simulation, bodies)
-        crosses = not ipctk.is_step_collision_free(self._mesh, self._before, places)
-        self._before = places
-        intersects = ipctk.has_intersections(self._mesh, places)
-        return Seen(intersects, crosses, tuple(_reached(simulation, bodies)))
+        """What is wrong now, or was on the way since the last look: at most one call of `step` ago."""
+        intersects = crosses = False
+        inside: set[str] = set()
+        for moment in simulation.trace or [_now(simulation)]:
+            places = self._places(moment)
+            crosses |= not ipctk.is_step_collision_free(self._mesh, self._before, places)
+            intersects |= ipctk.has_intersections(self._mesh, places)
+            inside |= self._reached(simulation, moment)
+            self._before = places
+        return Seen(
+            intersects, crosses, tuple(one.name for one in simulation.body_ranges if one.name in inside)
+        )
+
+    def _places(self, moment: Points) -> Points:
+        """Of all vertices that count."""
+        return np.asfortranarray(moment[self._used])
+
+    def _reached(self, simulation: Simulation, moment: Points) -> set[str]:
+        """Spheres, capsules and planes that are not clear of all triangles and links."""
+        places, of_bodies = moment[: self._vertices], moment[self._vertices :]
+        corners, links = places[self._faces], places[self._links]
+        found = set()
+        for name, body in bodies_at(simulation.body_ranges, of_bodies, simulation.body_triangles).items():
+            if body.shape == "plane":
+                clear = bool(((places - body.positions[0]) @ normal_of(body) > 0).all())
+            elif body.shape in ("sphere", "capsule"):
+                line = np.asarray(body.positions)
+                nearest = min(distance(corners, line, body.radius), distance_of_links(links, line))
+                clear = nearest > body.radius
+            else:
+                continue
+            if not clear:
+                found.add(name)
+        return found
 
 
-def _places(simulation: Simulation, bodies: Mapping[str, Body]) -> Points:
-    """Of all cloths, then of all bodies but planes."""
-    solid = [body.positions[_used(body)] for body in bodies.values() if body.shape != "plane"]
-    return np.asfortranarray(np.concatenate([simulation.exact_positions, *solid]))
+def _now(simulation: Simulation) -> Points:
+    """Of all vertices of cloths, then of bodies: as the trace has them."""
+    return np.concatenate([simulation.exact_positions, simulation.body_positions])
 
 
-def _world(simulation: Simulation) -> tuple[Points, NDArray[np.int32], NDArray[np.int32]]:
-    """Places, edges and triangles."""
-    bodies = simulation.bodies
+def _used(vertices: int, bodies: Mapping[str, Body]) -> NDArray[np.int64]:
+    """Vertices that count: none of planes, none of a surface that are in no triangle."""
+    used, first = [np.arange(vertices)], vertices
+    for body in bodies.values():
+        if body.shape == "surface":
+            used.append(first + np.unique(body.triangles))
+        elif body.shape != "plane":
+            used.append(first + np.arange(len(body.positions)))
+        first += len(body.positions)
+    return np.concatenate(used)
+
+
+def _world(simulation: Simulation, bodies: Mapping[str, Body]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Edges and triangles among the vertices that count."""
     faces, rods = [simulation.faces.astype(np.int32)], []
     first = len(simulation.mass)
     for body in bodies.values():
@@ -70,46 +112,21 @@ def _world(simulation: Simulation) -> tuple[Points, NDArray[np.int32], NDArray[n
             continue
         if body.shape == "capsule":
             rods.append([first, first + 1])
+        used = np.unique(body.triangles) if body.shape == "surface" else np.arange(len(body.positions))
         if len(body.triangles):
-            faces.append(np.searchsorted(_used(body), body.triangles).astype(np.int32) + np.int32(first))
-        first += len(_used(body))
+            faces.append(np.searchsorted(used, body.triangles).astype(np.int32) + np.int32(first))
+        first += len(used)
     triangles = np.concatenate(faces).astype(np.int32)
     # The toolkit finds no edges of no triangles.
     sides = [ipctk.edges(triangles)] if len(triangles) else []
     edges = np.concatenate([*sides, links_of(simulation), np.array(rods, np.int32).reshape(-1, 2)])
-    return _places(simulation, bodies), edges.astype(np.int32), triangles
+    return edges.astype(np.int32), triangles
 
 
 def links_of(simulation: Simulation) -> NDArray[np.int32]:
     """The links of networks, pairs of vertices: what no triangle has."""
     links = simulation.springs[simulation.spring_kind == 0]
     return links[~np.isin(links, simulation.faces).any(axis=1)]
-
-
-def _used(body: Body) -> NDArray[np.int64]:
-    """Vertices that count: one that no triangle has would be a point in the air."""
-    if body.shape == "surface":
-        return np.unique(body.triangles).astype(np.int64)
-    return np.arange(len(body.positions))
-
-
-def _reached(simulation: Simulation, bodies: Mapping[str, Body]) -> list[str]:
-    """Spheres, capsules and planes that are not clear of all triangles and links."""
-    places = simulation.exact_positions
-    corners, links = places[simulation.faces], places[links_of(simulation)]
-    found = []
-    for name, body in bodies.items():
-        if body.shape == "plane":
-            clear = bool(((places - body.positions[0]) @ normal_of(body) > 0).all())
-        elif body.shape in ("sphere", "capsule"):
-            line = np.asarray(body.positions)
-            nearest = min(distance(corners, line, body.radius), distance_of_links(links, line))
-            clear = nearest > body.radius
-        else:
-            continue
-        if not clear:
-            found.append(name)
-    return found
 
 
 def distance(corners: Points, line: Points, within: float = np.inf) -> float:

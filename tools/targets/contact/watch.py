@@ -56,10 +56,9 @@ class Watch:
         self.late = 0.0
         """Furthest that a body was from where it should be [m]."""
         self._travel = Travel(simulation)
-        self._cell = _cell(simulation)
         self._oracle = Oracle(simulation)
         self._count = dict.fromkeys(("frames", "intersecting", "crossing", "inside", "still"), 0)
-        self._steps = self._contact_steps = self._cuts = 0
+        self._contact_steps = self._cuts = 0
         if not (start := self._oracle.look(simulation)).clean:
             self.found.failed = f"wrong at the start: {start}"
 
@@ -85,24 +84,16 @@ class Watch:
     def _frame(self) -> None:
         simulation, milliseconds = self.simulation, 0.0
         for _ in range(simulation.substeps):
-            # A step is taken in parts where a body goes far; each of them is a straight way.
-            reach = self._travel.at(simulation.time + simulation.step_length) - self._travel.at(
-                simulation.time
-            )
-            far = float(np.linalg.norm(reach, axis=1).max(initial=0.0))
-            parts = max(1, int(np.ceil(1.01 * far / self._cell)))
-            for _ in range(parts):
-                start = perf_counter()
-                report = simulation.step(dt=None if parts == 1 else simulation.step_length / parts)
-                milliseconds += 1e3 * (perf_counter() - start)
-                self._steps += 1
-                self._contact_steps += report.contacts > 0
-                self._cuts += report.contact_cuts
-                self.tally.add(simulation)
-                seen = self._oracle.look(simulation)
-                self._count["intersecting"] += seen.intersects
-                self._count["crossing"] += seen.crosses
-                self._count["inside"] += bool(seen.inside)
+            start = perf_counter()
+            report = simulation.step()
+            milliseconds += 1e3 * (perf_counter() - start)
+            self._contact_steps += report.contacts > 0
+            self._cuts += report.contact_cuts > 0
+            self.tally.add(simulation)
+            seen = self._oracle.look(simulation)
+            self._count["intersecting"] += seen.intersects
+            self._count["crossing"] += seen.crosses
+            self._count["inside"] += bool(seen.inside)
         self.ms.append(milliseconds)
         late = simulation.body_positions - self._travel.at(simulation.time)
         self.late = max(self.late, float(np.linalg.norm(late, axis=1).max(initial=0.0)))
@@ -123,19 +114,6 @@ class Watch:
         if not np.isfinite(self.simulation.positions).all():
             found.failed = "not finite"
         return found
-
-
-def _cell(simulation: Simulation) -> float:
-    """The shortest mean length of a cloth's springs [m]."""
-    first = simulation.springs[:, 0]
-    return min(
-        float(
-            simulation.rest_length[
-                (first >= one.first_vertex) & (first < one.first_vertex + one.vertices)
-            ].mean()
-        )
-        for one in simulation.cloths
-    )
 
 
 Case = tuple[str, Callable[[], Found]]

@@ -48,6 +48,13 @@ impl State {
         }
     }
 
+    /// Places of all particles in the world [m].
+    #[must_use]
+    pub fn places(&self, model: &Model) -> Vec<DVec3> {
+        let of = |cloth: &ClothRange, origin: DVec3| cloth.particles().map(move |at| origin + self.positions.get(at).as_dvec3());
+        model.cloths.iter().zip(&self.origins).flat_map(|(cloth, origin)| of(cloth, *origin)).collect()
+    }
+
     /// Writes the places of all vertices in the world [m], in the order of the vertices, as rows.
     ///
     /// # Panics

@@ -1,0 +1,63 @@
+//! What is around the cloths of a simulation, and how steps went: more members of [`Engine`].
+
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use taut::step::{Moment, touches};
+
+use crate::checks::below;
+use crate::engine::Engine;
+use crate::turns::or_error;
+use crate::{arrays, bodies, contacts, intersections};
+
+#[pymethods]
+impl Engine {
+    #[getter]
+    fn bodies(&self, py: Python<'_>) -> PyResult<Vec<bodies::Described>> {
+        self.running.with(py, |running| bodies::describe(&self.model.bodies, &running.inputs.bodies))
+    }
+
+    #[getter]
+    fn body_triangles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i32>> {
+        bodies::triangles(py, &self.model.bodies)
+    }
+
+    fn body_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let places = self.running.with(py, |running| running.state.bodies.clone())?;
+        Ok(arrays::rows_of(PyArray1::from_iter(py, places.iter().flat_map(|place| place.to_array())), 3))
+    }
+
+    fn intersections(&self, py: Python<'_>) -> PyResult<intersections::Found> {
+        let state = self.running.with(py, |running| running.state.clone())?;
+        or_error(|| py.detach(|| intersections::find(&self.model, &state)))
+    }
+
+    fn shift_body(&self, py: Python<'_>, body: usize, offset: [f64; 3], over: f64) -> PyResult<()> {
+        bodies::check_shift(&self.model, body, offset, over)?;
+        self.running.with(py, |running| bodies::shift(&self.model, running, body, offset.into(), over))
+    }
+
+    fn body_offset(&self, py: Python<'_>, body: usize) -> PyResult<[f64; 3]> {
+        below("body", body, self.model.bodies.list.len())?;
+        Ok(self.running.with(py, |running| bodies::offset(&self.model, running, body))?.to_array())
+    }
+
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<contacts::Arrays<'py>> {
+        let found = self.running.with(py, |running| touches(&running.state, &running.work))?;
+        Ok(contacts::arrays(py, &self.model, &found))
+    }
+
+    fn keep_trace(&self, py: Python<'_>, keep: bool) -> PyResult<()> {
+        self.running.with(py, |running| running.work.keep_trace(keep))
+    }
+
+    fn trace<'py>(&self, py: Python<'py>) -> PyResult<Option<Vec<Bound<'py, PyArray2<f64>>>>> {
+        let moments = self.running.with(py, |running| running.work.trace().map(<[_]>::to_vec))?;
+        let numbering = &self.model.numbering;
+        let rows = |moment: Moment| {
+            let vertices = (0..moment.particles.len()).map(|vertex| moment.particles[numbering.particle(vertex as u32) as usize]);
+            let all = vertices.chain(moment.bodies.iter().copied());
+            arrays::rows_of(PyArray1::from_iter(py, all.flat_map(|place| place.to_array())), 3)
+        };
+        Ok(moments.map(|moments| moments.into_iter().map(rows).collect()))
+    }
+}
