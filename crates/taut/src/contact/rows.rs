@@ -351,7 +351,8 @@ impl Row {
         let pushed = (self.push - (self.gap + along) * self.give).max(0.0) - self.push;
         self.push += pushed;
         let mut impulse = self.normal * pushed;
-        if self.push > 0.0 && self.friction > 0.0 {
+        // What no longer pushes holds nothing back either.
+        if self.friction > 0.0 && (self.push > 0.0 || self.hold != Vec3::ZERO) {
             let sideways = relative - self.normal * along + self.carried;
             let hold = (self.hold - sideways * self.give).clamp_length_max(self.friction * self.push);
             impulse += hold - self.hold;

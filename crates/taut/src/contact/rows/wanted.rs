@@ -11,6 +11,9 @@ use super::NONE;
 
 /// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
 const NEARER: f64 = 0.25;
+/// The same where a point meets an edge or a point: it is over a triangle beside them then, which has a row. One along a line that is
+/// tilted towards where the point goes would hold it up as it slides over an inner edge of what is flat.
+const OVER: f64 = 0.02;
 
 /// A row that is wanted.
 #[derive(Debug, Clone, Copy)]
@@ -112,7 +115,8 @@ pub(super) fn is_near(surfaces: &Surfaces, corners: [u32; 4], split: usize) -> b
 /// Whether no neighbour of either feature is nearer to the other along the normal. Between two points of a link there is nothing but the
 /// link, whatever else both are tied to.
 fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: &Closest, split: usize, normal: DVec3) -> bool {
-    let side = |range: std::ops::Range<usize>, toward: DVec3| {
+    let [one, other] = [0..split, split..4].map(|range| range.filter(|&end| closest.parts[end] != 0.0).count());
+    let side = |range: std::ops::Range<usize>, opposite: usize, toward: DVec3| {
         let counts = range.filter(|&end| closest.parts[end] != 0.0);
         let mut vertices = [NONE; 3];
         let (mut count, mut point) = (0, DVec3::ZERO);
@@ -121,9 +125,10 @@ fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: 
             count += 1;
             point += places.x[corners[end] as usize] * closest.parts[end].abs();
         }
+        let part = if opposite == 1 { OVER } else { NEARER };
         let is_nearer = |vertex: u32| {
             let way = places.x[vertex as usize] - point;
-            toward.dot(way) > NEARER * way.length()
+            toward.dot(way) > part * way.length()
         };
         match count {
             1 => !surfaces.ring.of(vertices[0] as usize).iter().any(|&other| is_nearer(other)),
@@ -136,5 +141,5 @@ fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: 
             _ => true,
         }
     };
-    side(0..split, -normal) && side(split..4, normal)
+    side(0..split, other, -normal) && side(split..4, one, normal)
 }
