@@ -7,7 +7,9 @@ import pytest
 from taut import Scene, Simulation
 from taut.scene import find_scene
 
+from tools.targets.contact.friction import slides
 from tools.targets.contact.judge import Oracle, distance
+from tools.targets.table import FULL
 
 
 def watched(scene: dict[str, Any] | Scene, steps: int, after: int = 0) -> Simulation:
@@ -77,6 +79,13 @@ def test_a_thrown_box_sweeps_two_cloths_along() -> None:
         # Where a step is taken in parts, what comes between its ends is no straight way.
         assert not seen.intersects and not seen.inside
     assert simulation.positions[:, 1].max() > 0.15
+
+
+@pytest.mark.parametrize(("on", "mesh"), [("cloth", False), ("cloth", True), ("box", True)])
+def test_sliding_over_edges_of_what_is_flat_is_coulombs(on: str, mesh: bool) -> None:
+    """At 1.05 of the tangent a hundredth of the friction is a fifth of the acceleration."""
+    found = slides("slope", on, 0.35, mesh, FULL)
+    assert found.met, found.figures
 
 
 def test_what_is_reported() -> None:

@@ -52,7 +52,7 @@ def _cases(effort: Effort) -> Iterator[Case]:
             for mesh in (False, True):
                 name = f"{on}, friction {mu:g}, {kind(mesh)}"
                 yield f"{name}, sticks", partial(_sticks, f"{name}, sticks", on, mu, mesh, effort)
-                yield f"{name}, slides", partial(_slides, f"{name}, slides", on, mu, mesh, effort)
+                yield f"{name}, slides", partial(slides, f"{name}, slides", on, mu, mesh, effort)
     for mesh in (False, True):
         for speed in (1.0, 3.0):
             name = f"thrown at {speed:g} m/s, {kind(mesh)}"
@@ -120,7 +120,8 @@ def _sticks(name: str, on: str, mu: float, mesh: bool, effort: Effort) -> Found:
     return found
 
 
-def _slides(name: str, on: str, mu: float, mesh: bool, effort: Effort) -> Found:
+def slides(name: str, on: str, mu: float, mesh: bool, effort: Effort) -> Found:
+    """A sheet on a slope of 1.05 times the tangent at which it starts to slide."""
     found = Found(name)
     made, down = slope(on, mu, 1.05, mesh)
     simulation = made.simulation()

@@ -15,9 +15,13 @@ SPEEDS = (20.0, 100.0)  # [m/s]
 RATES = (30, 60, 240)  # steps a second
 RADIUS = 0.1  # of the ball [m]
 BEFORE, BEHIND = 2.0, 0.3  # where its flight begins before the sheet, and ends behind it [m]
-WRAPS = 0.02  # [s], how long after the end of the flight no cloth can have come behind the ball
+END = np.array([0.02, BEHIND, 0.5])
+Points = NDArray[np.float64]
 CLOTH: Fields = {"thickness": 0.004, "bending": "fabric"}
-MORE = {"through": ("frames with the ball behind the sheet", 1.0), "end": ("ball late at the end [mm]", 1e3)}
+MORE = {
+    "through": ("parts of steps with the ball behind the sheet", 1.0),
+    "end": ("ball late at the end [mm]", 1e3),
+}
 
 
 def shots(effort: Effort) -> Row:
@@ -51,27 +55,30 @@ def shot(across: int, mesh: bool, speed: float, rate: int) -> Stage:
 
 def _measured(name: str, made: Stage, speed: float, effort: Effort) -> Found:
     simulation = made.simulation()
-    # Later the sheet flies on and may wrap itself round the ball: that is no fault.
-    until = 0.1 + (BEFORE + BEHIND) / speed + max(WRAPS, 1.01 / simulation.scene.fps)
-    through = 0
+    vertices = len(simulation.mass)
+    through, arrived = 0, False
 
     def look(simulation: Simulation) -> None:
-        nonlocal through
-        through += simulation.time <= until and behind(simulation)
+        """At all parts of the flight: later the sheet flies on and wraps itself round the ball."""
+        nonlocal through, arrived
+        for moment in simulation.trace or ():
+            if not arrived:
+                places, centre = moment[:vertices], moment[vertices]
+                through += behind(places[simulation.faces], centre)
+                arrived = bool(np.linalg.norm(centre - END) < 1e-9)
 
     seconds = 0.8 if effort.whole else 0.25
     # Steps are cut where something so fast comes; that is no fault as long as the ball catches up.
     watch = Watch(name, simulation).run(round(seconds * simulation.scene.fps), each=look)
+    if not arrived:
+        watch.found.failed = watch.found.failed or "the ball never arrives"
     watch.found.add("through", through, 0)
-    centre = simulation.bodies["ball"].positions[0]
-    watch.found.add("end", float(np.linalg.norm(centre - [0.02, BEHIND, 0.5])))
+    watch.found.add("end", float(np.linalg.norm(simulation.bodies["ball"].positions[0] - END)))
     return watch.done(cut=np.inf)
 
 
-def behind(simulation: Simulation) -> bool:
-    """Whether cloth lies between the ball and where it came from."""
-    centre = simulation.bodies["ball"].positions[0]
-    corners: NDArray[np.float64] = simulation.exact_positions[simulation.faces]
+def behind(corners: Points, centre: Points) -> bool:
+    """Whether triangles, shape (n, 3, 3), lie between the middle of the ball and where it came from."""
     flat = (corners - centre)[:, :, [0, 2]]
     sides = []
     for a in range(3):
