@@ -1,6 +1,7 @@
 """Bodies as a simulation gives them, as caches keep them, and what reports say about contact."""
 
 import json
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -87,6 +88,35 @@ def test_reports_and_summaries_count_contact(ball: Path, taut: Callable[..., Any
     assert "pairs a step" in taut("info", ball).out
 
 
+def test_reports_caches_and_info_tell_what_phases_took(ball: Path, taut: Callable[..., Any]) -> None:
+    """Wall-clock times: each run has its own, and nothing else depends on them."""
+    phases = ("detection_ms", "solve_ms", "certificate_ms")
+    cache = Cache.open(ball)
+    numbers, summary = cache.diagnostics, summarize(cache)
+    took = np.array([numbers[name] for name in phases])
+    assert (took[:, 0] == 0).all() and (took[:, 1:] > 0).all()
+    assert (took.sum(axis=0)[1:] < numbers["ms"][1:]).all()
+    told, table = json.loads(taut("info", ball, "--json").out), taut("info", ball).out
+    for name in phases:
+        assert told[name] == getattr(summary, name) == pytest.approx(numbers[name].sum())
+    assert re.search(r"time of phases +detection [\d.]+, solve [\d.]+, certificate [\d.]+ ms a frame", table)
+
+    first, second = Simulation(scene(), threads=1), Simulation(scene(), threads=1)
+    one, other = first.step(8), second.step(8)
+    assert one == other and all(getattr(one, name) > 0 for name in phases)
+    assert any(getattr(one, name) != getattr(other, name) for name in phases)
+    assert first.state_hash == second.state_hash
+    assert first.snapshot() == second.snapshot()
+    second.restore(first.snapshot())
+    assert [getattr(second.report, name) for name in phases] == [0, 0, 0]
+
+
+def test_without_contact_there_is_only_time_to_solve(recorded: Path, taut: Callable[..., Any]) -> None:
+    told = json.loads(taut("info", recorded, "--json").out)
+    assert told["solve_ms"] > 0 == told["detection_ms"] == told["certificate_ms"]
+    assert re.search(r"time of phases +solve [\d.]+ ms a frame", taut("info", recorded).out)
+
+
 def test_info_says_nothing_of_contact_where_there_is_none(recorded: Path, taut: Callable[..., Any]) -> None:
     told = json.loads(taut("info", recorded, "--json").out)
     assert (told["contacts"], told["contact_cuts"], told["closest"]) == (0, 0, None)
@@ -163,6 +193,7 @@ def test_caches_from_before_bodies_are_read(ball: Path, tmp_path: Path) -> None:
     assert not numbers["contacts"].any() and not numbers["contact_cuts"].any()
     assert np.isposinf(numbers["closest"]).all()
     assert summarize(cache).contacts == 0
+    assert (summarize(cache).solve_ms, numbers["solve_ms"].any()) == (0, False)
 
 
 def test_a_run_goes_on_in_a_cache_from_before_contact(

@@ -53,8 +53,9 @@ class Report(TypedDict):
     cuts: int
     """Times that the certificate had to shorten the step of a cloth to keep its limit."""
     held_back_pins: int
-    held_back_bodies: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow."""
+    held_back_bodies: int
+    """Bodies that ended behind their paths, summed over the steps."""
     lost_motion: float
     """Largest part of its motion that the certificate, or the bound on the kinetic energy, took from a cloth
     in a step."""
@@ -67,11 +68,18 @@ class Report(TypedDict):
     halved_steps: int
     """Steps that contact had taken in halves, quarters or eighths."""
     closest: float
-    penetrations: int
     """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
+    penetrations: int
+    """Places where something intersected at the start of the last step, while that is brought apart."""
     repaired_momentum: list[float]
     """What rounding took from the momentum of free cloths, and was given back, summed over the steps
     [kg m/s]."""
+    detection_ms: float
+    """Time that finding pairs took, summed over the steps [ms]."""
+    solve_ms: float
+    """Time that the filter took for the rest, summed over the steps [ms]."""
+    certificate_ms: float
+    """Time that contact's certificate took, summed over the steps [ms]."""
     kinetic_energy: float
     """At the end of the call [J]."""
     elastic_energy: float

@@ -1,7 +1,7 @@
 """What happened in a call of the engine."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,3 +63,12 @@ class Report:
     repaired_momentum: Sequence[float] = (0.0, 0.0, 0.0)
     """What rounding took from the momentum of free cloths, and was given back, summed over the steps
     [kg m/s]."""
+    detection_ms: float = field(default=0.0, compare=False)
+    """Time that contact took to find pairs that were near or came near, and what intersected, summed over the
+    steps [ms]. This and the next two are wall-clock times: they differ from run to run, and two reports that
+    differ in them alone are equal."""
+    solve_ms: float = field(default=0.0, compare=False)
+    """Time that the filter took for the rest, which is the projection of springs and rows and the certificate
+    of the strain limit, summed over the steps [ms]."""
+    certificate_ms: float = field(default=0.0, compare=False)
+    """Time that contact took to look for what would cross on the way, summed over the steps [ms]."""

@@ -30,6 +30,9 @@ pub fn report<'py>(py: Python<'py>, summary: &Summary, time: f64) -> PyResult<Bo
     report.set_item("closest", summary.closest.unwrap_or(f64::INFINITY))?;
     report.set_item("penetrations", summary.penetrations)?;
     report.set_item("repaired_momentum", summary.repaired_momentum.to_array())?;
+    report.set_item("detection_ms", 1e3 * summary.times.detection)?;
+    report.set_item("solve_ms", 1e3 * summary.times.solve)?;
+    report.set_item("certificate_ms", 1e3 * summary.times.certificate)?;
     report.set_item("kinetic_energy", last.kinetic_energy)?;
     report.set_item("elastic_energy", last.elastic_energy)?;
     report.set_item("potential_energy", last.potential_energy)?;

@@ -3,8 +3,9 @@
 use std::mem;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Mutex, PoisonError, TryLockError};
+use std::sync::{LazyLock, Mutex, PoisonError, TryLockError};
 use std::thread::{self, ThreadId};
+use std::time::Instant;
 
 use pyo3::prelude::*;
 use taut::inputs::Inputs;
@@ -22,6 +23,12 @@ pub struct Running {
     pub work: Work,
 }
 
+/// Since the first time that somebody asked [s]; it never goes back.
+fn seconds() -> f64 {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed().as_secs_f64()
+}
+
 /// A running part, for one thread at a time.
 pub struct Guarded {
     running: Mutex<Running>,
@@ -32,7 +39,8 @@ pub struct Guarded {
 }
 
 impl Guarded {
-    pub fn new(running: Running) -> Self {
+    pub fn new(mut running: Running) -> Self {
+        running.work.set_clock(Some(seconds));
         Self { running: Mutex::new(running), user: Mutex::default(), process: AtomicU32::new(std::process::id()) }
     }
 

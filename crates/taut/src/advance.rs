@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use glam::DVec3;
 
-use crate::health::{Glance, StateReport, StepReport};
+use crate::health::{Glance, StateReport, StepReport, Times};
 use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::schedule::BadLength;
@@ -53,6 +53,8 @@ pub struct Summary {
     pub penetrations: u32,
     /// The momentum that rounding took from free cloths, and that was given back, summed over the steps [kg m/s].
     pub repaired_momentum: DVec3,
+    /// What the filter spent its time on, summed over the steps; see [`Work::set_clock`].
+    pub times: Times,
 }
 
 /// Why several steps were not taken. The state, and all that the workspace might remember, are as they were before.
@@ -173,6 +175,7 @@ impl Summary {
         self.held_back_pins += u64::from(report.limited.held_back_pins);
         self.held_back_bodies += u64::from(report.limited.held_back_bodies);
         self.repaired_momentum += report.repaired;
+        self.times = self.times.and(report.times);
         self.contacts += u64::from(report.limited.contacts);
         self.contact_cuts += u64::from(report.limited.contact_cuts);
         self.halved_steps += u64::from(report.halved);

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::filter::{self, Filter, Touching};
 use crate::forces::Forces;
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{Pool, Times, Vectors};
 use crate::health::{self, Glance, Health, StateReport, StepReport};
 use crate::inputs::{Inputs, Ramp};
 use crate::integrate::{self, Integrator};
@@ -41,6 +41,7 @@ pub struct Work {
     pub(crate) before: State,
     /// Where each part of the last steps ended, if that is asked for.
     trace: Option<Vec<Moment>>,
+    clock: Option<fn() -> f64>,
 }
 
 /// Where everything is at the end of a part of a step.
@@ -75,6 +76,7 @@ impl Work {
             before_part: if model.contact.is_on { State::new(model) } else { State::default() },
             before: State::new(model),
             trace: None,
+            clock: None,
             bodies: [model.bodies.rest.clone(), model.bodies.rest.clone()],
             schedule: schedule.clone(),
             plan,
@@ -109,6 +111,13 @@ impl Work {
     #[must_use]
     pub fn trace(&self) -> Option<&[Moment]> {
         self.trace.as_deref()
+    }
+
+    /// Measures by a clock of the host from now on what steps spend their time on; with none, as it is at first, nothing does. The clock
+    /// tells seconds since any moment, and is asked a few times a step. Nothing that is computed depends on it.
+    pub fn set_clock(&mut self, clock: Option<fn() -> f64>) {
+        self.clock = clock;
+        self.filter.set_clock(clock);
     }
 
     /// Forgets what touched in the last step: the state is no longer its end.
@@ -146,6 +155,7 @@ impl Work {
         }
         if let (true, Some(model)) = (changed, &self.as_held) {
             self.filter = Filter::new(model, &self.plan);
+            self.filter.set_clock(self.clock);
         }
     }
 
@@ -162,6 +172,7 @@ impl Work {
         self.forces = Forces::new(model);
         self.integrator = Integrator::new(model, &plan);
         self.filter = Filter::new(model, &plan);
+        self.filter.set_clock(self.clock);
         self.plan = plan;
     }
 
@@ -190,7 +201,7 @@ impl Work {
 pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
     let mut parts = Parts::new(work.parts(model, state, inputs, dt), state.halving);
     let end = state.clock.next(dt);
-    let mut all: Option<StepReport> = None;
+    let (mut all, mut given_up): (Option<StepReport>, _) = (None, Times::default());
     let pool = work.pool();
     while let Some(part) = parts.next() {
         if parts.can_be_halved() {
@@ -201,6 +212,7 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
         if was_cut && parts.can_be_halved() {
             state.copy_from(&work.before_part, &pool);
             parts.halve();
+            given_up = given_up.and(report.times);
             continue;
         }
         parts.take(was_cut);
@@ -212,7 +224,7 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
     state.clock = end;
     state.halving = state.halving.map(|before| parts.remember(before));
     let all = all.unwrap_or_default();
-    StepReport { halved: u32::from(parts.was_halved()), ..all }
+    StepReport { halved: u32::from(parts.was_halved()), times: all.times.and(given_up), ..all }
 }
 
 fn one_step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
@@ -227,7 +239,7 @@ fn one_step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
         let evaluations = integrate::propose(stride, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
         let limited = filter::apply(stride, state, ends, filter, pool); // x*, v* -> admissible ones
         let repaired = integrate::advance(stride, state, ends, forces, integrator, pool); // x = x*
-        StepReport { evaluations, limited, repaired, halved: 0 }
+        StepReport { evaluations, limited, repaired, halved: 0, times: filter.take_times() }
     })
 }
 

@@ -77,13 +77,19 @@ DIAGNOSTICS: dict[str, str] = {
     "halved_steps": "int32",
     "closest": "float64",
     "penetrations": "int32",
+    "detection_ms": "float64",
+    "solve_ms": "float64",
+    "certificate_ms": "float64",
     "kinetic_energy": "float64",
     "elastic_energy": "float64",
     "potential_energy": "float64",
     "ms": "float64",
     "state_hash": "uint64",
 }
-"""Type of each array in the group ``diagnostics``, shape (frames,): :class:`taut.cache.Frame`'s numbers."""
+"""Type of each array in the group ``diagnostics``, shape (frames,): :class:`taut.cache.Frame`'s numbers.
+
+The ones whose names end in ``ms`` are wall-clock times [ms]; in all others a run has the same numbers again
+when it is repeated."""
 
 ADDED: dict[str, float] = {
     "held_back_bodies": 0,
@@ -92,8 +98,11 @@ ADDED: dict[str, float] = {
     "halved_steps": 0,
     "closest": float("inf"),
     "penetrations": 0,
+    "detection_ms": 0,
+    "solve_ms": 0,
+    "certificate_ms": 0,
 }
-"""Those of them that caches without contact lack, and what they stand for there in every frame."""
+"""Those of them that caches from before they were written lack, and what they stand for in every frame."""
 
 SERIES: dict[str, str] = {"time": "float64"} | {
     f"diagnostics/{name}": kind for name, kind in DIAGNOSTICS.items()

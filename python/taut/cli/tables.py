@@ -41,6 +41,7 @@ def full_table(cache: Cache, summary: Summary) -> Rows:
         *run_table(cache, summary),
         ("worst between frames", _per_cent(summary.worst_stretch_in_steps)),
         *([("contact", _contact(summary))] if summary.contacts else []),
+        *([("time of phases", _phases(summary))] if summary.solve_ms else []),
         ("threads", str(summary.threads)),
         ("written by", f"taut {summary.version}"),
     ]
@@ -127,6 +128,16 @@ def _contact(summary: Summary) -> str:
     held = f", bodies held back {summary.held_back_bodies} times" if summary.held_back_bodies else ""
     left = f", {summary.penetrations} places still intersect" if summary.penetrations else ""
     return f"{summary.contacts / steps:.0f} pairs a step{nearest}, {cuts}{held}{left}"
+
+
+def _phases(summary: Summary) -> str:
+    frames = max(1, summary.frames - 1)
+    detection, solve, certificate = (
+        f"{total / frames:.2f}" for total in (summary.detection_ms, summary.solve_ms, summary.certificate_ms)
+    )
+    if not summary.detection_ms + summary.certificate_ms:
+        return f"solve {solve} ms a frame on the mean"
+    return f"detection {detection}, solve {solve}, certificate {certificate} ms a frame on the mean"
 
 
 def _speed(summary: Summary) -> str:

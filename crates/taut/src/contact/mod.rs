@@ -24,7 +24,7 @@ mod ways;
 
 use glam::DVec3;
 
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{Pool, Vectors, Watch};
 use crate::model::Model;
 pub use rows::Touching;
 pub(crate) use rows::{Obstacle, Rows, Support};
@@ -64,6 +64,8 @@ pub(crate) struct Contact {
     pub rows: Rows,
     pub cuts: certificate::Cuts,
     tangle: Tangle,
+    /// What it spends its time on.
+    pub watch: Watch,
 }
 
 impl Contact {
@@ -81,6 +83,7 @@ impl Contact {
             rows: Rows::new(model, &surfaces),
             cuts: certificate::Cuts::new(all),
             tangle: Tangle::new(model, &surfaces),
+            watch: Watch::default(),
             surfaces,
         })
     }
@@ -98,9 +101,12 @@ impl Contact {
     /// Looks for what intersects where a step of so many seconds starts, if it may, and brings it apart in this step. Returns at how many
     /// places it does.
     pub fn untangle(&mut self, may_cross: bool, step: f64) -> usize {
-        let Self { surfaces, places, tangle, .. } = self;
+        let Self { surfaces, places, tangle, watch, .. } = self;
         if may_cross {
-            return tangle.look(surfaces, &places.x, step);
+            let start = watch.now();
+            let found = tangle.look(surfaces, &places.x, step);
+            watch.times.detection += watch.now() - start;
+            return found;
         }
         tangle.rest();
         0
@@ -119,7 +125,8 @@ impl Contact {
 
     /// Finds what comes near on the way, and makes rows of it.
     pub fn find_rows(&mut self, pool: &Pool) {
-        let Self { surfaces, places, detection, rows, tangle, .. } = self;
+        let Self { surfaces, places, detection, rows, tangle, watch, .. } = self;
+        let start = watch.now();
         rows.clear();
         detection.run(surfaces, places, pool);
         tangle.spare(surfaces, &mut detection.pairs);
@@ -127,14 +134,19 @@ impl Contact {
         rows.take_planes(surfaces, places);
         rows.take_asked(surfaces, tangle.asked());
         rows.sort();
+        watch.times.detection += watch.now() - start;
     }
 
     /// Finds what would cross on the way, or come nearer than the floor, and how far it may go.
     pub fn certify(&mut self, pool: &Pool) {
-        let Self { surfaces, places, detection, cuts, tangle, .. } = self;
+        let Self { surfaces, places, detection, cuts, tangle, watch, .. } = self;
+        let start = watch.now();
         detection.run_again(surfaces, places, pool);
         tangle.spare(surfaces, &mut detection.further);
+        let detected = watch.now();
+        watch.times.detection += detected - start;
         cuts.find(surfaces, places, detection, pool);
+        watch.times.certificate += watch.now() - detected;
     }
 
     /// What pushed cloth in the last step.

@@ -7,7 +7,7 @@ mod held;
 mod strain_limit;
 
 pub use crate::contact::Touching;
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{Pool, Times, Vectors, Watch};
 use crate::model::Model;
 use crate::scene::FilterKind;
 use crate::schedule::{Plan, Stride};
@@ -60,13 +60,27 @@ impl Limited {
 /// The filter of a model with its workspace.
 pub struct Filter {
     strain_limit: Box<dyn StrainLimit>,
+    watch: Watch,
 }
 
 impl Filter {
     /// The filter that the model's solver asks for, set up for steps that are planned like this one.
     #[must_use]
     pub fn new(model: &Model, plan: &Plan) -> Self {
-        Self { strain_limit: strain_limit::new(model, plan) }
+        Self { strain_limit: strain_limit::new(model, plan), watch: Watch::default() }
+    }
+
+    /// Takes a clock of the host [s], if it brought one.
+    pub fn set_clock(&mut self, clock: Option<fn() -> f64>) {
+        self.watch.clock = clock;
+        if let Some(watch) = self.strain_limit.watch() {
+            watch.clock = clock;
+        }
+    }
+
+    /// What it spent its time on since that was last asked for.
+    pub fn take_times(&mut self) -> Times {
+        self.watch.take()
     }
 
     /// What pushed cloth in the last step; nothing where the filter knows no contact.
@@ -92,7 +106,14 @@ pub fn hold(stride: Stride<'_>, state: &mut State) {
 pub fn apply(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, filter: &mut Filter, pool: &Pool) -> Limited {
     held::place(stride, state, ends);
     hands::place(stride, state, ends);
-    let limited = filter.strain_limit.apply(stride, state, ends, pool);
+    let Filter { strain_limit, watch } = filter;
+    let start = watch.now();
+    let limited = strain_limit.apply(stride, state, ends, pool);
+    let all = watch.now() - start;
+    // All but what contact took for itself.
+    let contact = strain_limit.watch().map(Watch::take).unwrap_or_default();
+    let solve = (all - contact.detection - contact.certificate).max(0.0);
+    watch.times = watch.times.and(Times { solve, ..contact });
     hands::finish(stride, state, ends, limited.held_back_pins > 0);
     limited
 }
@@ -109,5 +130,6 @@ pub fn admit(stride: Stride<'_>, state: &mut State, filter: &mut Filter, pool: &
     }
     let mut start = State { origins: state.origins.clone(), may_cross: false, ..State::new(model) };
     filter.strain_limit.apply(stride, &mut start, &mut state.positions, pool);
+    filter.strain_limit.watch().map(Watch::take); // that is no step
     state.past = Past::none(model);
 }

@@ -1,5 +1,5 @@
-//! Vectors as structure of arrays, the thread pool that walks over them, functions with the same bits everywhere. Knows nothing of
-//! cloth.
+//! Vectors as structure of arrays, the thread pool that walks over them, functions with the same bits everywhere, what steps spend their
+//! time on. Knows nothing of cloth.
 
 mod functions;
 mod parallel;
@@ -9,6 +9,7 @@ mod rows;
 mod rsqrt;
 mod sine;
 mod vectors;
+mod watch;
 
 pub use functions::{cbrt, exp2, hypot, power, turn, turn_about};
 pub use parallel::{CHUNK, Pool, for_each_chunk, for_each_part, for_each_two_chunks, sum_of_chunks, sum_over_chunks};
@@ -18,3 +19,4 @@ pub use rows::{Block, LINE, Rows, fill_column, register, registers, set_register
 pub use rsqrt::{reciprocal_sqrt, reciprocal_sqrts};
 pub use sine::sine_of_turns;
 pub use vectors::{SharedVectors, Vectors, VectorsChunk};
+pub use watch::{Times, Watch};

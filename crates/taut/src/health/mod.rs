@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::filter::Limited;
 use crate::forces::{bending_energy, curved_energy, elastic_energy};
+pub use crate::geometry::Times;
 use crate::geometry::{CHUNK, Pool, Vectors, arch};
 use crate::inputs::Inputs;
 use crate::model::{ClothRange, Model};
@@ -27,6 +28,8 @@ pub struct StepReport {
     pub repaired: DVec3,
     /// Whether contact had it taken in more parts than the speed of bodies asks for: 1, or 0.
     pub halved: u32,
+    /// What its filter spent its time on, in parts that were given up, too.
+    pub times: Times,
 }
 
 impl StepReport {
@@ -37,6 +40,7 @@ impl StepReport {
             limited: self.limited.and(other.limited),
             repaired: self.repaired + other.repaired,
             halved: self.halved.max(other.halved),
+            times: self.times.and(other.times),
         }
     }
 }

@@ -17,7 +17,7 @@ mod xpbd;
 
 use super::Limited;
 use crate::contact::Touching;
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{Pool, Vectors, Watch};
 use crate::model::Model;
 use crate::scene::FilterKind;
 use crate::schedule::{Plan, Stride};
@@ -36,6 +36,11 @@ pub(super) trait StrainLimit: Send {
 
     /// Forgets that.
     fn forget_touching(&mut self) {}
+
+    /// What measures the time of contact, where the method knows any.
+    fn watch(&mut self) -> Option<&mut Watch> {
+        None
+    }
 }
 
 /// The method that the model's solver asks for, set up for steps that are planned like this one.

@@ -28,7 +28,7 @@ use crate::filter::Limited;
 use glam::Vec3;
 
 use crate::contact::{Obstacle, Touching};
-use crate::geometry::{CHUNK, Pool, Vectors};
+use crate::geometry::{CHUNK, Pool, Vectors, Watch};
 use crate::model::{ClothRange, Model};
 use crate::schedule::{Plan, Stride};
 use crate::state::{Calm, State, measure};
@@ -206,6 +206,10 @@ impl StrainLimit for CoarseToFine {
         if let Some(touch) = &mut self.touch {
             touch.contact.rows.clear();
         }
+    }
+
+    fn watch(&mut self) -> Option<&mut Watch> {
+        self.touch.as_mut().map(|touch| &mut touch.contact.watch)
     }
 }
 
