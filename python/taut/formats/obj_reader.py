@@ -8,6 +8,7 @@ anything unknown are passed over; no other file is ever opened.
 from array import array
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,19 +26,34 @@ def read_obj(path: Path) -> Polygons:
     Raises:
         MeshError: the file and line, what is wrong there and what is allowed.
     """
+    with _opened(path) as file:
+        return _Reader(str(path)).read(file)
+
+
+def read_obj_vertices(path: Path) -> NDArray[np.float64]:
+    """Read the vertices of a Wavefront OBJ file alone, shape (vertices, 3), whether it has faces or none.
+
+    Raises:
+        MeshError: the file and line, what is wrong there and what is allowed.
+    """
+    with _opened(path) as file:
+        return _Reader(str(path), ("v",)).read_vertices(file)
+
+
+def _opened(path: Path) -> TextIO:
     with path.open("rb") as binary:
         if b"\0" in binary.read(4096):
             raise MeshError(f"{path}: is no text file (or one in UTF-16); save it as OBJ in UTF-8 or ASCII")
     # Latin-1 decodes every byte: names in comments and groups may be in any encoding.
-    with path.open(encoding="latin-1") as file:
-        return _Reader(str(path)).read(file)
+    return path.open(encoding="latin-1")
 
 
 class _Reader:
     """The numbers read so far; flat arrays, so that memory stays near the size of the file."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, keywords: tuple[str, ...] = _READ) -> None:
         self.name = name
+        self.keywords = keywords
         self.coordinates = array("d")
         self.corners = array("q")
         self.counts = array("q")
@@ -45,9 +61,14 @@ class _Reader:
         self.face_lines = array("q")
 
     def read(self, lines: Iterable[str]) -> Polygons:
+        vertices = self.read_vertices(lines)
+        return Polygons(vertices, self._checked_corners(len(vertices)), _integers(self.counts))
+
+    def read_vertices(self, lines: Iterable[str]) -> NDArray[np.float64]:
+        """Read everything; return the vertices."""
         for number, line in _logical_lines(lines):
             words = line.split()
-            if not words or words[0] not in _READ:
+            if not words or words[0] not in self.keywords:
                 continue
             if "_" in line:  # Python's own grouping of digits, which no OBJ has
                 raise self._error(number, "an underscore is no part of a number")
@@ -55,8 +76,7 @@ class _Reader:
                 self._vertex(number, words)
             else:
                 self._face(number, words)
-        vertices = self._checked_vertices()
-        return Polygons(vertices, self._checked_corners(len(vertices)), _integers(self.counts))
+        return self._checked_vertices()
 
     def _vertex(self, number: int, words: list[str]) -> None:
         # A fourth number is a weight of curves, more are colours: neither moves a vertex.

@@ -1,13 +1,15 @@
 """Read a mesh file of any format we know."""
 
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from taut.formats.gltf_reader import read_glb, read_gltf
-from taut.formats.obj_reader import read_obj
+from taut.formats.obj_reader import read_obj, read_obj_vertices
 from taut.formats.off_reader import read_off
 from taut.formats.ply_reader import read_ply
 from taut.formats.polygons import MeshError, Polygons
@@ -43,6 +45,24 @@ def read_mesh(path: str | Path) -> Polygons:
     if extension not in MESH_EXTENSIONS:
         known = ", ".join(f".{name}" for name in MESH_EXTENSIONS)
         raise MeshError(f"{path}: {path.suffix or 'no extension'} is not a mesh format; readable are {known}")
+    with _readable(path):
+        return read_obj(path) if extension == "obj" else _READERS[extension](str(path), path.read_bytes())
+
+
+def read_vertices(path: str | Path) -> NDArray[np.float64]:
+    """Read the vertices of an OBJ exactly as they stand there, shape (vertices, 3); it need not have faces.
+
+    Raises:
+        MeshError: the file, what is wrong with it and what is allowed.
+    """
+    path = Path(path)
+    with _readable(path):
+        return read_obj_vertices(path)
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Look at a file before it is read; explain what the system says."""
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
@@ -54,6 +74,6 @@ def read_mesh(path: str | Path) -> Polygons:
             raise MeshError(f"{path}: is empty")
         # What is not finite is refused, by name: NumPy need not warn of it.
         with np.errstate(all="ignore"):
-            return read_obj(path) if extension == "obj" else _READERS[extension](str(path), path.read_bytes())
+            yield
     except OSError as error:
         raise MeshError(f"{path}: cannot be opened: {error.strerror or error}") from error

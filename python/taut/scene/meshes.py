@@ -34,6 +34,21 @@ def resolve_path(name: str, folder: Path, field: str, sandbox: bool = False) -> 
         SceneError: the path is a URL or names no file; in a sandbox it is absolute, or leaves the folder, by
             a link for example.
     """
+    path = allowed_path(name, folder, field, sandbox)
+    try:
+        found = path.is_file()
+    except OSError:  # a part of it is longer than the system's names
+        found = False
+    if not found:
+        raise SceneError(
+            f"{field} = {shorten(repr(name))}: there is no file {shorten(str(path), 400)}; "
+            "a path is taken from the scene's folder"
+        )
+    return path
+
+
+def allowed_path(name: str, folder: Path, field: str, sandbox: bool) -> Path:
+    """Where a path leads, whether there is anything or not; otherwise like :func:`resolve_path`."""
     where = f"{field} = {shorten(repr(name))}"
     if _REFERENCE.match(name):
         raise SceneError(
@@ -55,14 +70,6 @@ def resolve_path(name: str, folder: Path, field: str, sandbox: bool = False) -> 
         raise SceneError(
             f"{where}: leaves the scene's folder {folder}, which a sandbox refuses; copy the file into it, "
             "or trust the scene and leave the sandbox out"
-        )
-    try:
-        found = path.is_file()
-    except OSError:  # a part of it is longer than the system's names
-        found = False
-    if not found:
-        raise SceneError(
-            f"{where}: there is no file {shorten(str(path), 400)}; a path is taken from the scene's folder"
         )
     return path
 

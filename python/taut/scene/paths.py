@@ -1,5 +1,6 @@
 """The arrays that pins and bodies follow: files beside the scene, or arrays."""
 
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from taut.errors import SceneError
+from taut.scene.frame_files import is_pattern, read_frames
 from taut.scene.meshes import resolve_path
 from taut.scene.plain import shorten
 
@@ -43,20 +45,29 @@ def read_paths(
         SceneError: a file is missing or no such array.
     """
     paths: dict[str, FollowedPath] = {}
-    for field, name in _named(document):
+    for field, files in _named(document):
+        name = _name(files)
         if name in paths:
             continue
         if name in given:
             paths[name] = given[name]
+        elif isinstance(files, list) or is_pattern(files):
+            paths[name] = read_frames(files, folder, field, sandbox), None
         else:
-            paths[name] = _read(
-                resolve_path(name, folder, field, sandbox), f"{field} = {shorten(repr(name))}", document
-            )
+            where = f"{field} = {shorten(repr(files))}"
+            paths[name] = _read(resolve_path(files, folder, field, sandbox), where, document)
     return paths
 
 
-def _named(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Every array that a resolved scene names, and where."""
+def _name(files: str | list[str]) -> str:
+    """The name under which the engine asks for the places: that of a list is what it is as JSON."""
+    if isinstance(files, str):
+        return files
+    return json.dumps(files, ensure_ascii=False, separators=(",", ":"))
+
+
+def _named(document: Mapping[str, Any]) -> Iterator[tuple[str, str | list[str]]]:
+    """The path or paths of every array that a resolved scene names, and where."""
     for index, cloth in enumerate(document["cloth"]):
         for number, pin in enumerate(cloth["pins"]):
             if pin.get("follow") is not None:
@@ -82,7 +93,8 @@ def _read(path: Path, where: str, document: Mapping[str, Any]) -> FollowedPath:
         rate = None if sampling == 1.0 else float(document["fps"]) / sampling
         return check_path(where, places), rate
     if path.suffix.lower() != ".npy":
-        raise SceneError(f"{where}: must be an .npy or .pc2 file")
+        remedy = "; of .obj files, one for each frame, give a list, or walk_*.obj for walk_000.obj and so on"
+        raise SceneError(f"{where}: must be an .npy or .pc2 file{remedy}")
     try:
         places = np.load(path, allow_pickle=False)
     except OSError as error:

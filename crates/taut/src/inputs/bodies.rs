@@ -34,9 +34,9 @@ impl BodyPaths {
     pub(super) fn new(scene: &Scene, model: &Model, followed: &BTreeMap<String, Followed>) -> Result<Self, SceneError> {
         let bodies = scene.body.iter().zip(&model.bodies.list).enumerate();
         let paths = bodies.map(|(index, (asked, body))| {
-            let Some(name) = &asked.motion else { return Ok(moved(asked)) };
-            let refuse = |problem: String| SceneError::with_value(format!("body[{index}].motion"), format!("{name:?}"), problem);
-            let array = followed.get(name).ok_or_else(|| refuse("its places were not given".to_owned()))?;
+            let Some(files) = &asked.motion else { return Ok(moved(asked)) };
+            let refuse = |problem: String| SceneError::with_value(format!("body[{index}].motion"), files, problem);
+            let array = followed.get(&files.name()).ok_or_else(|| refuse("its places were not given".to_owned()))?;
             check(&model.bodies, body, array).map_err(refuse)?;
             Ok(Path::Followed(array.clone(), array.rate.unwrap_or(scene.fps)))
         });

@@ -49,12 +49,11 @@ impl Paths {
                 let at = format!("cloth[{cloth}].pins[{index}].follow");
                 paths.push(match &pin.follow {
                     None => Path::Travel(Travel::new(pin.turn.as_ref(), &pin.keyframes)),
-                    Some(name) => {
-                        let array = followed.get(name).ok_or_else(|| {
-                            SceneError::with_value(at.as_str(), format!("{name:?}"), "its places were not given")
-                        })?;
-                        check(model, paths.len(), array)
-                            .map_err(|problem| SceneError::with_value(at, format!("{name:?}"), problem))?;
+                    Some(files) => {
+                        let array = followed
+                            .get(&files.name())
+                            .ok_or_else(|| SceneError::with_value(at.as_str(), files, "its places were not given"))?;
+                        check(model, paths.len(), array).map_err(|problem| SceneError::with_value(at, files, problem))?;
                         Path::Followed(array.clone(), array.rate.unwrap_or(scene.fps))
                     }
                 });

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::turn::{self, Turn};
 use super::validate::{Check, FARTHEST, NEAREST, check_moves, check_name, constant, direction, vector, within};
-use super::{Keyframe, Scene, SceneError};
+use super::{FrameFiles, Keyframe, Scene, SceneError};
 
 /// Greatest coefficient of friction [1]: what is rougher holds as a pin does.
 pub(super) const ROUGHEST: f64 = 10.0;
@@ -39,9 +39,9 @@ pub struct Body {
     pub rotate: [f64; 3],
     /// Displacement of `mesh`, applied last [m].
     pub translate: [f64; 3],
-    /// An array file, .npy of shape (frames, vertices of `mesh`, 3) or .pc2, of where they are in every frame [m], joined by straight lines; in place of `move` and `turn`. After its last frame it stays there.
+    /// Where the vertices of `mesh` are in every frame [m], joined by straight lines; in place of `move` and `turn`: an array file, .npy of shape (frames, vertices of `mesh`, 3) or .pc2, or a list of .obj files, one for each frame, or "walk_*.obj" for those that are numbered so. After its last frame it stays there.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub motion: Option<String>,
+    pub motion: Option<FrameFiles>,
     /// Coulomb's coefficient of the friction of cloth on it [1].
     pub friction: f64,
     /// A skin around it that cloth stays out of, too [m].
@@ -228,9 +228,9 @@ fn check_placing(at: &str, body: &Body) -> Check {
 
 fn check_motion(at: &str, body: &Body) -> Check {
     if let Some(path) = &body.motion {
-        let refuse = |problem: &str| Err(SceneError::with_value(format!("{at}.motion"), format!("{path:?}"), problem));
+        let refuse = |problem: &str| Err(SceneError::with_value(format!("{at}.motion"), path, problem));
         if path.is_empty() {
-            return refuse("must be the path of an .npy or .pc2 file");
+            return refuse("must be the path of an .npy or .pc2 file, or a list of .obj files, one for each frame");
         }
         if body.mesh.is_none() {
             return refuse("needs mesh, whose vertices it tells the places of; other shapes travel with `move` and `turn`");

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Turn;
+use super::{FrameFiles, Turn};
 
 /// What a selection chooses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,9 +70,9 @@ selection! {
         /// Keyframes `[time [s], [dx, dy, dz] [m]]` of the displacement from the start, joined by straight lines.
         #[serde(rename = "move", skip_serializing_if = "Vec::is_empty")]
         pub keyframes: Vec<Keyframe>,
-        /// An array file, .npy of shape (frames, pinned vertices, 3) or .pc2, of where they are in every frame [m], joined by straight lines; in place of `move` and `turn`. After its last frame they stay there.
+        /// Where they are in every frame [m], joined by straight lines; in place of `move` and `turn`: an array file, .npy of shape (frames, pinned vertices, 3) or .pc2, or a list of .obj files, one for each frame, or "hem_*.obj" for those that are numbered so. After its last frame they stay there.
         #[serde(skip_serializing_if = "Option::is_none")]
-        pub follow: Option<String>,
+        pub follow: Option<FrameFiles>,
     }
 }
 

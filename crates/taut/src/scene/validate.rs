@@ -279,8 +279,8 @@ fn check_pin(at: &str, pin: &Pin, cloth: &Cloth) -> Check {
     if let Some(path) = &pin.follow
         && (path.is_empty() || !pin.keyframes.is_empty() || pin.turn.is_some())
     {
-        let problem = "must be the path of an .npy or .pc2 file, and a pin that follows one has neither `move` nor `turn`";
-        return Err(SceneError::with_value(format!("{at}.follow"), format!("{path:?}"), problem));
+        let problem = "must be the path of an .npy or .pc2 file, or a list of .obj files, and a pin that follows one has neither `move` nor `turn`";
+        return Err(SceneError::with_value(format!("{at}.follow"), path, problem));
     }
     if let Some(turn) = &pin.turn {
         turn::check(&format!("{at}.turn"), turn)?;
