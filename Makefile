@@ -32,6 +32,7 @@ lint: setup
 	$(BIN)/mypy
 	$(BIN)/stubtest taut._taut
 	$(BIN)/python tools/check_house.py
+	tools/check_js.sh
 
 test-rust:
 	cargo test --quiet

@@ -6,17 +6,22 @@ import { firstMet } from "./pick.js";
 const ROUNDING = 1.002;
 
 export class Mesh {
-  /** What never changes, from the layout. */
+  /**
+   * What never changes, from the layout.
+   * @param {Layout} layout
+   * @param {number} index
+   */
   constructor(layout, index) {
     this.up = layout.up;
     const { arrays } = layout;
     this.rest = this.turned(arrays[`rest${index}`]);
     this.faces = new Uint32Array(arrays[`faces${index}`]);
     this.springs = arrays[`springs${index}`];
-    this.lengths = arrays[`lengths${index}`];
+    this.lengths = /** @type {Float32Array} */ (arrays[`lengths${index}`]);
     this.pins = layout.meshes[index].pins;
     /** Height of the plane on which everything stands, or null. */
     this.floor = layout.meshes[index].floor;
+    /** @type {Map<number, number>} */
     this.pinned = new Map();
     this.pins.forEach((group, number) => group.forEach((vertex) => this.pinned.set(vertex, number)));
     this.vertices = this.rest.length / 3;
@@ -24,12 +29,18 @@ export class Mesh {
     this.bare = this.uncovered();
     this.knots = [...new Set(this.bare.flatMap((spring) => [this.springs[2 * spring], this.springs[2 * spring + 1]]))];
     this.texture = this.flattened();
+    /** @type {Record<"faces" | "texture", WebGLBuffer> | undefined} */
+    this.onCard = undefined;
     this.meanLength = this.lengths.reduce((sum, length) => sum + length, 0) / Math.max(1, this.lengths.length);
   }
 
-  /** Positions with z up. */
+  /**
+   * Positions with z up.
+   * @param {Numbers} positions
+   * @returns {Float32Array}
+   */
   turned(positions) {
-    if (this.up === 2) return positions;
+    if (this.up === 2) return /** @type {Float32Array} */ (positions);
     const out = new Float32Array(positions.length);
     for (let i = 0; i < out.length; i += 3) {
       out[i] = positions[i];
@@ -39,15 +50,24 @@ export class Mesh {
     return out;
   }
 
-  /** A place as the scene has it. */
+  /**
+   * A place as the scene has it.
+   * @param {Vec3} place
+   * @returns {Vec3}
+   */
   asInScene([x, y, z]) {
     return this.up === 2 ? [x, y, z] : [x, z, -y];
   }
 
+  /**
+   * @param {Vec3} place
+   * @returns {Vec3}
+   */
   fromScene([x, y, z]) {
     return this.up === 2 ? [x, y, z] : [x, -z, y];
   }
 
+  /** @param {number[]} firsts */
   ownersOfSprings(firsts) {
     const owner = new Uint16Array(this.lengths.length);
     for (let spring = 0; spring < owner.length; spring++) {
@@ -63,6 +83,7 @@ export class Mesh {
   uncovered() {
     const covered = new Uint8Array(this.vertices);
     for (const vertex of this.faces) covered[vertex] = 1;
+    /** @type {number[]} */
     const bare = [];
     for (let spring = 0; spring < this.lengths.length; spring++) {
       if (!covered[this.springs[2 * spring]] || !covered[this.springs[2 * spring + 1]]) bare.push(spring);
@@ -73,10 +94,12 @@ export class Mesh {
   /** The box in which the cloth will mostly be: what lies flat will hang from its pins. */
   box() {
     const { low, high } = bounds(this.rest);
+    /** @param {number} vertex */
     const at = (vertex) => this.rest.subarray(3 * vertex, 3 * vertex + 3);
     const pins = [...this.pinned.keys()];
     const lies = high[2] - low[2] < 0.3 * Math.hypot(high[0] - low[0], high[1] - low[1]);
     if (lies && pins.length) {
+      /** @param {number} vertex */
       const away = (vertex) => Math.min(...pins.map((pin) => Math.hypot(...at(pin).map((part, axis) => part - at(vertex)[axis]))));
       let reach = 0;
       const stride = Math.max(1, Math.floor((this.vertices * pins.length) / 200_000));
@@ -101,7 +124,11 @@ export class Mesh {
 }
 
 export class Cloth {
-  /** `solids` are the bodies beside it. */
+  /**
+   * `solids` are the bodies beside it.
+   * @param {Mesh} mesh
+   * @param {import("./solids.js").Solids} solids
+   */
   constructor(mesh, solids) {
     this.mesh = mesh;
     this.solids = solids;
@@ -111,23 +138,37 @@ export class Cloth {
     /** Springs over their limit as pairs of ends, and how many they are. */
     this.over = new Float32Array(0);
     this.overCount = 0;
+    /** @type {Record<"positions" | "normals" | "stretch", WebGLBuffer> | undefined} */
+    this.onCard = undefined;
   }
 
-  /** Take new positions; `limits`: the largest stretch allowed in each cloth. */
+  /**
+   * Take new positions; `limits`: the largest stretch allowed in each cloth.
+   * @param {Numbers} positions
+   * @param {(number | null)[]} limits
+   */
   update(positions, limits) {
     this.positions = this.mesh.turned(positions);
     normalsOf(this.mesh.faces, this.positions, this.normals);
     this.measure(limits);
   }
 
+  /**
+   * @param {number} vertex
+   * @returns {Vec3}
+   */
   at(vertex) {
     return [this.positions[3 * vertex], this.positions[3 * vertex + 1], this.positions[3 * vertex + 2]];
   }
 
-  /** Stretch of each vertex: that of its longest spring. And the springs over their limit. */
+  /**
+   * Stretch of each vertex: that of its longest spring. And the springs over their limit.
+   * @param {(number | null)[]} limits
+   */
   measure(limits) {
     const { springs, lengths, clothOfSpring } = this.mesh;
     const { positions: p, stretch } = this;
+    /** @type {number[]} */
     const over = [];
     stretch.fill(-1);
     const bound = limits.map((limit) => (limit === null ? Infinity : limit * ROUNDING + 1e-6));
@@ -143,7 +184,10 @@ export class Cloth {
     this.over = this.segments(over);
   }
 
-  /** Both ends of some springs, six numbers each. */
+  /**
+   * Both ends of some springs, six numbers each.
+   * @param {number[]} chosen
+   */
   segments(chosen) {
     const { springs } = this.mesh;
     const out = new Float32Array(6 * chosen.length);
@@ -154,7 +198,10 @@ export class Cloth {
     return out;
   }
 
-  /** How far a ray goes until it first meets the cloth, and the vertex nearest to that; or nothing. */
+  /**
+   * How far a ray goes until it first meets the cloth, and the vertex nearest to that; or nothing.
+   * @param {Ray} ray
+   */
   pick(ray) {
     const met = firstMet(this.mesh.faces, this.positions, ray);
     if (!met) return null;
@@ -163,7 +210,12 @@ export class Cloth {
   }
 }
 
-/** Normals at the corners of triangles, which of larger ones count more; of any length. */
+/**
+ * Normals at the corners of triangles, which of larger ones count more; of any length.
+ * @param {Uint32Array} faces
+ * @param {Numbers} p
+ * @param {Float32Array} n
+ */
 export function normalsOf(faces, p, n) {
   n.fill(0);
   for (let i = 0; i < faces.length; i += 3) {
@@ -177,7 +229,10 @@ export function normalsOf(faces, p, n) {
   }
 }
 
-/** The box around points. */
+/**
+ * The box around points.
+ * @param {Float32Array} positions
+ */
 function bounds(positions) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < positions.length; i++) {

@@ -5,6 +5,7 @@ import { LEVELS, ramp, topOf } from "./scale.js";
 import { SHADERS, compile } from "./shaders.js";
 import { arrow, ball } from "./shapes.js";
 
+/** @type {Vec3} */
 const BACKGROUND = [0.902, 0.918, 0.933];
 const SUN = unit([-0.35, -0.62, 0.95]);
 const SHADOW_SIZE = 1024;
@@ -16,7 +17,23 @@ const THROWN = [0.2, 0.46, 0.45];
 const TOUCHING = [0.13, 0.2, 0.86];
 const COLOURINGS = { fabric: 0, grid: 1, strain: 2 };
 
+/** @typedef {import("./cloth.js").Cloth} Cloth */
+/** @typedef {import("./solids.js").Solids} Solids */
+/** @typedef {import("./solids.js").Triangles} Triangles */
+
+/**
+ * What something has on the card, to which it was sent before it is drawn.
+ * @template Buffers
+ * @param {{ onCard?: Buffers }} one
+ * @returns {Buffers}
+ */
+function cardOf({ onCard }) {
+  if (!onCard) throw new Error("this was not sent to the graphics card");
+  return onCard;
+}
+
 export class Drawing {
+  /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
     if (!gl) throw new Error("this browser has no WebGL 2, which the picture needs");
@@ -29,11 +46,18 @@ export class Drawing {
     this.segments = gl.createBuffer();
     this.instances = gl.createBuffer();
     this.arrays = gl.createVertexArray();
+    this.shadows = gl.createTexture();
+    this.frame = gl.createFramebuffer();
     this.makeShadows();
     this.ramp = gl.createTexture();
+    /** @type {number | null | undefined} */
     this.rampLimit = undefined;
   }
 
+  /**
+   * @param {Numbers} data
+   * @param {number} target
+   */
   buffer(data, target = this.gl.ARRAY_BUFFER) {
     const buffer = this.gl.createBuffer();
     this.gl.bindBuffer(target, buffer);
@@ -41,6 +65,7 @@ export class Drawing {
     return buffer;
   }
 
+  /** @param {import("./shapes.js").Shape} shape */
   shape({ positions, normals }) {
     const count = positions.length / 3;
     return { count, positions: this.buffer(new Float32Array(positions)), normals: this.buffer(new Float32Array(normals)) };
@@ -48,33 +73,37 @@ export class Drawing {
 
   makeShadows() {
     const { gl } = this;
-    this.shadows = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.shadows);
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, SHADOW_SIZE, SHADOW_SIZE);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE);
-    this.frame = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.shadows, 0);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  /** Send what changed in a cloth, and what never does the first time. */
+  /**
+   * Send what changed in a cloth, and what never does the first time.
+   * @param {Cloth} cloth
+   */
   upload(cloth) {
     const { gl } = this;
     const { mesh } = cloth;
     gl.bindVertexArray(null);
     mesh.onCard ??= { faces: this.buffer(mesh.faces, gl.ELEMENT_ARRAY_BUFFER), texture: this.buffer(mesh.texture) };
     cloth.onCard ??= { positions: gl.createBuffer(), normals: gl.createBuffer(), stretch: gl.createBuffer() };
-    for (const name of ["positions", "normals", "stretch"]) {
+    for (const name of /** @type {const} */ (["positions", "normals", "stretch"])) {
       gl.bindBuffer(gl.ARRAY_BUFFER, cloth.onCard[name]);
       gl.bufferData(gl.ARRAY_BUFFER, cloth[name], gl.DYNAMIC_DRAW);
     }
     for (const solid of cloth.solids.all) this.uploadSolid(solid);
   }
 
-  /** Send the triangles of bodies, if they moved. */
+  /**
+   * Send the triangles of bodies, if they moved.
+   * @param {Triangles} solid
+   */
   uploadSolid(solid) {
     const { gl } = this;
     solid.onCard ??= { faces: gl.createBuffer(), positions: gl.createBuffer(), normals: gl.createBuffer() };
@@ -85,18 +114,25 @@ export class Drawing {
     solid.hasNewFaces = false;
     if (!solid.isNew) return;
     solid.isNew = false;
-    for (const name of ["positions", "normals"]) {
+    for (const name of /** @type {const} */ (["positions", "normals"])) {
       gl.bindBuffer(gl.ARRAY_BUFFER, solid.onCard[name]);
       gl.bufferData(gl.ARRAY_BUFFER, solid[name], gl.DYNAMIC_DRAW);
     }
   }
 
-  /** Free what a cloth has on the card. */
-  forget(cloth) {
-    for (const buffer of Object.values(cloth.onCard ?? {})) this.gl.deleteBuffer(buffer);
+  /**
+   * Free what a cloth has on the card.
+   * @param {{ onCard?: Record<string, WebGLBuffer> }} one
+   */
+  forget(one) {
+    for (const buffer of Object.values(one.onCard ?? {})) this.gl.deleteBuffer(buffer);
   }
 
-  /** Draw a picture: `views` have a cloth and their part of the canvas in pixels; see main.js for `look`. */
+  /**
+   * Draw a picture: `views` have a cloth and their part of the canvas in pixels; see main.js for `look`.
+   * @param {View[]} views
+   * @param {LookNow} look
+   */
   draw(views, look) {
     const { gl } = this;
     gl.bindVertexArray(this.arrays);
@@ -118,6 +154,7 @@ export class Drawing {
     }
   }
 
+  /** @param {number | null} limit */
   setRamp(limit) {
     const { gl } = this;
     if (limit === this.rampLimit) return;
@@ -128,6 +165,10 @@ export class Drawing {
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
   }
 
+  /**
+   * @param {Cloth} cloth
+   * @param {LookNow} look
+   */
   drawShadows(cloth, look) {
     const { gl } = this;
     const half = 1.9 * look.radius;
@@ -137,14 +178,18 @@ export class Drawing {
     gl.viewport(0, 0, SHADOW_SIZE, SHADOW_SIZE);
     gl.clear(gl.DEPTH_BUFFER_BIT);
     this.use("depth", { camera });
-    this.triangles(cloth.onCard.positions, cloth.mesh.onCard.faces, cloth.mesh.faces.length);
-    for (const { onCard, faces } of [cloth.solids.bodies, cloth.solids.ball]) {
-      if (faces.length) this.triangles(onCard.positions, onCard.faces, faces.length);
+    this.triangles(cardOf(cloth).positions, cardOf(cloth.mesh).faces, cloth.mesh.faces.length);
+    for (const solid of [cloth.solids.bodies, cloth.solids.ball]) {
+      if (solid.faces.length) this.triangles(cardOf(solid).positions, cardOf(solid).faces, solid.faces.length);
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return camera;
   }
 
+  /**
+   * @param {Light} light
+   * @param {LookNow} look
+   */
   drawFloor(light, look) {
     const { gl } = this;
     const centre = [look.centre[0], look.centre[1], look.floor];
@@ -155,6 +200,11 @@ export class Drawing {
     this.clean(1);
   }
 
+  /**
+   * @param {Cloth} cloth
+   * @param {Light} light
+   * @param {LookNow} look
+   */
   drawCloth(cloth, light, look) {
     const { gl } = this;
     const top = topOf(look.limit);
@@ -162,13 +212,18 @@ export class Drawing {
     gl.activeTexture(gl.TEXTURE1);
     gl.bindTexture(gl.TEXTURE_2D, this.ramp);
     gl.activeTexture(gl.TEXTURE0);
-    this.attribute(1, cloth.onCard.normals, 3);
-    this.attribute(2, cloth.onCard.stretch, 1);
-    this.attribute(3, cloth.mesh.onCard.texture, 2);
-    this.triangles(cloth.onCard.positions, cloth.mesh.onCard.faces, cloth.mesh.faces.length);
+    const { positions, normals, stretch } = cardOf(cloth), { faces, texture } = cardOf(cloth.mesh);
+    this.attribute(1, normals, 3);
+    this.attribute(2, stretch, 1);
+    this.attribute(3, texture, 2);
+    this.triangles(positions, faces, cloth.mesh.faces.length);
     this.clean(4);
   }
 
+  /**
+   * @param {Solids} solids
+   * @param {Light} light
+   */
   drawBodies({ bodies, squares, ball }, light) {
     const { gl } = this;
     this.body(bodies, STONE, light);
@@ -179,14 +234,26 @@ export class Drawing {
     gl.disable(gl.CULL_FACE);
   }
 
-  body({ onCard, faces }, paint, light) {
+  /**
+   * @param {Triangles} triangles
+   * @param {number[]} paint
+   * @param {Light} light
+   */
+  body(triangles, paint, light) {
+    const { faces } = triangles;
     if (!faces.length) return;
+    const onCard = cardOf(triangles);
     this.use("body", { ...light, paint });
     this.attribute(1, onCard.normals, 3);
     this.triangles(onCard.positions, onCard.faces, faces.length);
     this.clean(2);
   }
 
+  /**
+   * @param {WebGLBuffer} positions
+   * @param {WebGLBuffer} faces
+   * @param {number} count
+   */
   triangles(positions, faces, count) {
     const { gl } = this;
     this.attribute(0, positions, 3);
@@ -194,6 +261,10 @@ export class Drawing {
     gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
   }
 
+  /**
+   * @param {View} view
+   * @param {LookNow} look
+   */
   drawLines(view, look) {
     const { cloth } = view;
     const bare = cloth.mesh.bare;
@@ -208,6 +279,13 @@ export class Drawing {
     if (threads.length) this.ribbons(view, new Float32Array(threads), [0.1, 0.13, 0.16], 2 * look.density, 2e-3);
   }
 
+  /**
+   * @param {View} view
+   * @param {Float32Array} segments
+   * @param {number[]} paint
+   * @param {number} width
+   * @param {number} nearer
+   */
   ribbons({ camera, part }, segments, paint, width, nearer) {
     const { gl } = this;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.segments);
@@ -225,8 +303,16 @@ export class Drawing {
     this.clean(3);
   }
 
+  /**
+   * @param {View} view
+   * @param {Light} light
+   * @param {LookNow} look
+   */
   drawSolids({ cloth, hands, hovered }, light, look) {
-    const pins = [], chosen = [];
+    /** @type {number[]} */
+    const pins = [];
+    /** @type {number[]} */
+    const chosen = [];
     cloth.mesh.pins.forEach((group, number) => {
       // A few pins are large, a row of them makes a line.
       const size = look.radius * (group.length > 6 ? 0.0065 : 0.014) * (number === hovered ? 1.4 : 1);
@@ -248,7 +334,12 @@ export class Drawing {
     }
   }
 
-  /** Mark where cloth touches something: larger where it is pushed harder, faint where something is before it. */
+  /**
+   * Mark where cloth touches something: larger where it is pushed harder, faint where something is before it.
+   * @param {Cloth} cloth
+   * @param {Light} light
+   * @param {LookNow} look
+   */
   drawTouches({ mesh, solids: { touches } }, light, look) {
     const { gl } = this;
     const size = Math.min(0.3 * mesh.meanLength, 0.01 * look.radius);
@@ -266,6 +357,13 @@ export class Drawing {
     this.solids(this.ball, marks, TOUCHING, IDENTITY, light);
   }
 
+  /**
+   * @param {{ count: number, positions: WebGLBuffer, normals: WebGLBuffer }} shape
+   * @param {number[]} instances
+   * @param {number[]} paint
+   * @param {Float32Array} model
+   * @param {Light} light
+   */
   solids(shape, instances, paint, model, light) {
     const { gl } = this;
     if (!instances.length) return;
@@ -279,6 +377,14 @@ export class Drawing {
     this.clean(3);
   }
 
+  /**
+   * @param {number} place
+   * @param {WebGLBuffer} buffer
+   * @param {number} size
+   * @param {number} stride
+   * @param {number} offset
+   * @param {number} divisor
+   */
   attribute(place, buffer, size, stride = 0, offset = 0, divisor = 0) {
     const { gl } = this;
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
@@ -287,11 +393,16 @@ export class Drawing {
     gl.vertexAttribDivisor(place, divisor);
   }
 
+  /** @param {number} count */
   clean(count) {
     for (let place = 0; place < count; place++) this.gl.disableVertexAttribArray(place);
   }
 
-  /** Choose a program and give it values; those that it does not have are left out. */
+  /**
+   * Choose a program and give it values; those that it does not have are left out.
+   * @param {keyof typeof SHADERS} name
+   * @param {Record<string, Uniform>} values
+   */
   use(name, values) {
     const { gl } = this;
     const { program, uniforms } = this.programs[name];
@@ -305,10 +416,13 @@ export class Drawing {
     for (const [key, value] of Object.entries(values)) {
       const place = uniforms[key];
       if (place === undefined) continue;
-      if (key === "colouring") gl.uniform1i(place, value);
-      else if (typeof value === "number") gl.uniform1f(place, value);
-      else if (value.length === 16) gl.uniformMatrix4fv(place, false, value);
-      else gl[`uniform${value.length}fv`](place, value);
+      if (typeof value === "number") {
+        if (key === "colouring") gl.uniform1i(place, value);
+        else gl.uniform1f(place, value);
+      } else if (value.length === 16) gl.uniformMatrix4fv(place, false, value);
+      else if (value.length === 2) gl.uniform2fv(place, value);
+      else if (value.length === 3) gl.uniform3fv(place, value);
+      else gl.uniform4fv(place, value);
     }
   }
 }

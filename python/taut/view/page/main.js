@@ -12,10 +12,21 @@ import { drawLegend } from "./scale.js";
 import { Solids } from "./solids.js";
 import { Wire } from "./wire.js";
 
-const $ = (id) => document.getElementById(id);
+/** @type {<Id extends keyof Elements>(id: Id) => Elements[Id]} */
+const $ = (id) => /** @type {any} */ (document.getElementById(id));
+/** @type {(value: number | null) => string} */
 const percent = (value) => (value === null ? "–" : `${(100 * value).toFixed(value < 0.2 ? 2 : 1)} %`);
 
-/** Figures in the colours of their curves. */
+/** @typedef {"play" | "step" | "reset" | "limit" | "compare" | "throw" | "touches"} Action */
+
+/** Buttons that choose how cloth is coloured. */
+const colours = () => /** @type {NodeListOf<HTMLButtonElement>} */ ($("colour").querySelectorAll("button"));
+
+/**
+ * Figures in the colours of their curves.
+ * @param {string[]} texts
+ * @returns {(Node | string)[]}
+ */
 function figures(texts) {
   return texts.flatMap((text, index) => {
     const figure = Object.assign(document.createElement("b"), { textContent: text, className: `curve-${index % 3}` });
@@ -23,17 +34,37 @@ function figures(texts) {
   });
 }
 
-class Viewer {
+export class Viewer {
   constructor() {
     this.canvas = $("picture");
     this.drawing = new Drawing(this.canvas);
     this.camera = new Camera();
+    /** @type {Layout | null} */
+    this.layout = null;
+    /** @type {Mesh[]} */
     this.meshes = [];
+    /** @type {Cloth[]} */
     this.cloths = [];
+    /** @type {Picture | null} */
     this.picture = null;
+    /** @type {Partial<Status>} */
     this.status = {};
     this.live = true;
-    this.look = { colour: "fabric", marks: true, limit: null, floor: 0 };
+    /** @type {Look} */
+    this.look = { colour: "fabric", marks: true, limit: null, floor: 0, radius: 1, centre: [0, 0, 0], cell: 0.1 };
+    this.legendDrawn = false;
+    /** @type {string | undefined} */
+    this.namesShown = undefined;
+    /**
+     * The strain limit that is switched on again.
+     * @type {number | string}
+     */
+    this.filter = "coarse_to_fine";
+    /** @type {Film | null} */
+    this.film = null;
+    /** @type {number | undefined} */
+    this.noteTimer = undefined;
+    /** @type {Picture | null} */
     this.waiting = null;
     this.stale = false;
     this.plots = {
@@ -45,6 +76,7 @@ class Viewer {
     this.touching = false;
     this.pointer = new Pointer(this.canvas, this);
     this.controls = new Controls($("controls"), (control, value) => this.later(() => this.send("set", { control, value }), control));
+    /** @type {Map<string, () => void>} */
     this.orders = new Map();
     this.bindButtons();
     new ResizeObserver(() => this.redraw()).observe($("stage"));
@@ -57,11 +89,19 @@ class Viewer {
     });
   }
 
-  send(type, fields) {
+  /**
+   * @param {string} type
+   * @param {object | undefined} fields
+   */
+  send(type, fields = undefined) {
     this.wire.send(type, fields);
   }
 
-  /** Send with the next picture at the latest; of several orders for one thing only the last. */
+  /**
+   * Send with the next picture at the latest; of several orders for one thing only the last.
+   * @param {() => void} order
+   * @param {string} subject
+   */
   later(order, subject = "pointer") {
     this.orders.set(subject, order);
     this.redraw();
@@ -73,6 +113,7 @@ class Viewer {
 
   // What comes from the server.
 
+  /** @param {Layout} layout */
   takeLayout(layout) {
     $("lost").hidden = true;
     this.live = layout.live;
@@ -90,8 +131,8 @@ class Viewer {
     const { floor } = this.meshes[0];
     if (floor !== null) this.look.floor = floor;
     this.goHome();
-    for (const id of ["seek", "looping"]) $(id).hidden = this.live;
-    for (const id of ["limiting", "touching", "controls"]) $(id).hidden = !this.live;
+    for (const id of /** @type {const} */ (["seek", "looping"])) $(id).hidden = this.live;
+    for (const id of /** @type {const} */ (["limiting", "touching", "controls"])) $(id).hidden = !this.live;
     if (this.touching) this.send("contacts", { on: true });
     if (!this.live) $("hint").textContent = "Drag to turn the view; the wheel or two fingers come closer.";
   }
@@ -101,11 +142,13 @@ class Viewer {
     this.redraw();
   }
 
+  /** @param {Picture} picture */
   takePicture(picture) {
     this.waiting = picture;
     this.redraw();
   }
 
+  /** @param {Status} status */
   takeStatus(status) {
     const before = this.status;
     this.status = status;
@@ -115,10 +158,10 @@ class Viewer {
     $("speed").value = String(status.speed);
     if (this.live) {
       this.controls.update(status.controls);
-      const filter = status.controls.find(({ name }) => name === "filter").value;
+      const filter = status.controls.find(({ name }) => name === "filter")?.value ?? "none";
       if (filter !== "none") this.filter = filter;
       $("limit").setAttribute("aria-pressed", String(filter !== "none"));
-      $("limit").firstElementChild.textContent = filter === "none" ? "Limit off" : "Limit on";
+      /** @type {Element} */ ($("limit").firstElementChild).textContent = filter === "none" ? "Limit off" : "Limit on";
       $("compare").setAttribute("aria-pressed", String(status.compare));
     } else {
       $("seek").max = String(status.frames - 1);
@@ -127,6 +170,7 @@ class Viewer {
     if (status.note[1] && status.note[0] !== before.note?.[0]) this.note(status.note[1]);
   }
 
+  /** @param {string} text */
   note(text) {
     $("note").textContent = text;
     $("note").hidden = false;
@@ -153,13 +197,18 @@ class Viewer {
     if (this.picture) this.paint();
   }
 
-  /** Take a picture over: positions, numbers, curves. */
+  /**
+   * Take a picture over: positions, numbers, curves.
+   * @param {Picture} picture
+   */
   show(picture) {
+    const { layout } = this;
+    if (!layout) return;
     this.waiting = null;
     this.picture = picture;
     while (this.cloths.length < picture.panels.length) {
       const index = picture.panels[this.cloths.length].mesh;
-      this.cloths.push(new Cloth(this.meshes[index], new Solids(this.layout, index, this.meshes[index])));
+      this.cloths.push(new Cloth(this.meshes[index], new Solids(layout, index, this.meshes[index])));
     }
     for (const cloth of this.cloths.splice(picture.panels.length)) for (const one of [cloth, ...cloth.solids.all]) this.drawing.forget(one);
     picture.panels.forEach((panel, index) => {
@@ -176,8 +225,9 @@ class Viewer {
     this.send("seen", { number: picture.number });
   }
 
+  /** @param {Picture} picture */
   showNumbers({ panels, time, frame, factor }) {
-    const limits = panels.flatMap((panel) => panel.limits.filter((limit) => limit !== null));
+    const limits = panels.flatMap((panel) => panel.limits.flatMap((limit) => limit ?? []));
     const limit = limits.length ? Math.max(...limits) : null;
     if (limit !== this.look.limit || !this.legendDrawn) {
       this.legendDrawn = true;
@@ -200,13 +250,17 @@ class Viewer {
     this.showNames(panels);
   }
 
-  /** The least distance and how many pairs were near, where anything ever was. */
+  /**
+   * The least distance and how many pairs were near, where anything ever was.
+   * @param {Panel[]} panels
+   */
   showContacts(panels) {
-    if (panels.some(({ contacts, closest }) => contacts > 0 || closest !== null)) $("nearness").hidden = false;
+    if (panels.some(({ contacts, closest }) => (contacts ?? 0) > 0 || closest !== null)) $("nearness").hidden = false;
     $("closest").replaceChildren(...figures(panels.map(({ closest }) => (closest === null ? "–" : (1e3 * closest).toFixed(2)))), "mm");
     $("contacts").replaceChildren(...figures(panels.map(({ contacts }) => (contacts ?? NaN).toFixed(0))));
   }
 
+  /** @param {Panel[]} panels */
   showNames(panels) {
     const names = panels.length > 1 ? panels.map(({ name, limited }) => (this.live && !limited ? "without limit" : name.replaceAll("_", " "))) : [];
     const key = names.join("|") + this.canvas.clientWidth;
@@ -222,7 +276,10 @@ class Viewer {
     }));
   }
 
-  /** The parts of the canvas, one for each cloth: in pixels of the page (css) and of the canvas (part). */
+  /**
+   * The parts of the canvas, one for each cloth: in pixels of the page (css) and of the canvas (part).
+   * @returns {View[]}
+   */
   views() {
     const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
     const count = this.cloths.length, wide = width >= height;
@@ -237,16 +294,23 @@ class Viewer {
     });
   }
 
-  /** What this page and others hold. */
+  /**
+   * What this page and others hold.
+   * @param {Cloth} cloth
+   * @returns {Hand[]}
+   */
   handsOn(cloth) {
     const { drag } = this.pointer;
-    const from = drag?.body === undefined ? drag && cloth.at(drag.vertex) : sub(cloth.solids.middle(drag.body), drag.lead);
-    const own = drag && drag.group === undefined ? [{ from, target: drag.target }] : [];
-    const others = this.picture.held.filter((vertex) => vertex !== drag?.vertex);
+    /** @type {Hand[]} */
+    const own = [];
+    if (drag?.body !== undefined) own.push({ from: sub(cloth.solids.middle(drag.body), drag.lead), target: drag.target });
+    else if (drag?.vertex !== undefined && drag.group === undefined) own.push({ from: cloth.at(drag.vertex), target: drag.target });
+    const others = (this.picture?.held ?? []).filter((vertex) => vertex !== drag?.vertex);
     return [...own, ...others.map((vertex) => ({ from: cloth.at(vertex), target: cloth.at(vertex) }))];
   }
 
   paint() {
+    if (!this.picture) return;
     const density = Math.min(2, window.devicePixelRatio || 1);
     const width = Math.round(this.canvas.clientWidth * density), height = Math.round(this.canvas.clientHeight * density);
     if (this.canvas.width !== width || this.canvas.height !== height) {
@@ -260,7 +324,11 @@ class Viewer {
     for (const plot of Object.values(this.plots)) plot.draw();
   }
 
-  /** Where a vertex is on the page [css pixels]; for tests and the console. */
+  /**
+   * Where a vertex is on the page [css pixels]; for tests and the console.
+   * @param {number} vertex
+   * @param {number} panel
+   */
   where(vertex, panel = 0) {
     const { css, camera, cloth } = this.views()[panel];
     const [x, y] = project(camera, cloth.at(vertex));
@@ -286,7 +354,7 @@ class Viewer {
       this.look.marks = $("marks").checked;
       this.redraw();
     };
-    for (const button of $("colour").children) button.onclick = () => this.colour(button.dataset.colour);
+    for (const button of colours()) button.onclick = () => this.colour(/** @type {Colouring} */ (button.dataset.colour));
     $("still").onclick = () => {
       this.paint();
       saveStill(this.canvas);
@@ -297,7 +365,7 @@ class Viewer {
 
   switchLimit() {
     const off = $("limit").getAttribute("aria-pressed") === "false";
-    this.send("set", { control: "filter", value: off ? (this.filter ?? "coarse_to_fine") : "none" });
+    this.send("set", { control: "filter", value: off ? this.filter : "none" });
   }
 
   /** Throw a ball from below the eye to where the pointer is. */
@@ -312,15 +380,17 @@ class Viewer {
     this.send("throw", { start: mesh.asInScene(start), target: mesh.asInScene(target) });
   }
 
+  /** @param {boolean} on */
   showTouches(on) {
     this.touching = on;
     $("touches").setAttribute("aria-pressed", String(on));
     this.send("contacts", { on });
   }
 
+  /** @param {Colouring} name */
   colour(name) {
     this.look.colour = name;
-    for (const button of $("colour").children) button.setAttribute("aria-pressed", String(button.dataset.colour === name));
+    for (const button of colours()) button.setAttribute("aria-pressed", String(button.dataset.colour === name));
     this.redraw();
   }
 
@@ -329,16 +399,18 @@ class Viewer {
       if (this.film) this.film.stop();
       this.film = this.film ? null : new Film(this.canvas);
     } catch (error) {
-      this.note(error.message);
+      this.note(/** @type {Error} */ (error).message);
     }
     $("film").setAttribute("aria-pressed", String(Boolean(this.film)));
     $("film").textContent = this.film ? "Save film" : "Film";
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
     // Buttons answer to the space bar themselves.
     const own = event.key === " " ? ["INPUT", "SELECT", "BUTTON", "SUMMARY"] : ["INPUT", "SELECT"];
-    if (own.includes(event.target.tagName) || event.ctrlKey || event.metaKey) return;
+    if (own.includes(/** @type {Element} */ (event.target).tagName) || event.ctrlKey || event.metaKey) return;
+    /** @type {Record<string, Action>} */
     const actions = { " ": "play", ArrowRight: "step", r: "reset", l: "limit", c: "compare", b: "throw", k: "touches" };
     const button = actions[event.key.length > 1 ? event.key : event.key.toLowerCase()];
     if (!button || (!this.live && ["limit", "compare", "throw", "touches"].includes(button))) return;
@@ -350,5 +422,5 @@ class Viewer {
 try {
   window.viewer = new Viewer();
 } catch (error) {
-  $("hint").textContent = error.message;
+  $("hint").textContent = /** @type {Error} */ (error).message;
 }

@@ -1,5 +1,14 @@
 /** The controls beside the picture, as the server lists them. */
 
+/** @typedef {HTMLInputElement | HTMLSelectElement} Input */
+
+/**
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {object} fields
+ * @param {Node[]} children
+ * @returns {HTMLElementTagNameMap[Tag]}
+ */
 const element = (tag, fields = {}, children = []) => {
   const made = Object.assign(document.createElement(tag), fields);
   made.append(...children);
@@ -7,35 +16,49 @@ const element = (tag, fields = {}, children = []) => {
 };
 
 export class Controls {
-  /** `send`: gives a control a value. */
+  /**
+   * `send`: gives a control a value.
+   * @param {HTMLElement} place
+   * @param {(control: string, value: number | string) => void} send
+   */
   constructor(place, send) {
     this.place = place;
     this.send = send;
+    /** @type {Map<string, { input: Input, output?: HTMLOutputElement }>} */
     this.shown = new Map();
+    /** Whether somebody moves one of them. */
+    this.moving = false;
   }
 
-  /** Show the controls with their values; one that is being moved is left alone. */
+  /**
+   * Show the controls with their values; one that is being moved is left alone.
+   * @param {Control[]} controls
+   */
   update(controls) {
     if (this.shown.size !== controls.length) this.build(controls);
     for (const control of controls) {
-      const { input, output } = this.shown.get(control.name);
+      const shown = this.shown.get(control.name);
+      if (!shown) continue;
+      const { input, output } = shown;
       if (input !== document.activeElement || control.choices.length || !this.moving) input.value = String(control.value);
       if (output) output.replaceChildren(figure(control.value, control));
     }
   }
 
+  /** @param {Control[]} controls */
   build(controls) {
     this.shown.clear();
+    /** @type {Map<string, HTMLElement>} */
     const groups = new Map();
     for (const control of controls) {
-      if (!groups.has(control.group)) {
-        groups.set(control.group, element("details", { open: true }, [element("summary", { textContent: control.group })]));
-      }
-      groups.get(control.group).append(this.one(control));
+      const group = groups.get(control.group) ?? element("details", { open: true }, [element("summary", { textContent: control.group })]);
+      groups.set(control.group, group);
+      group.append(this.one(control));
     }
     this.place.replaceChildren(...groups.values());
   }
 
+  /** @param {Control} control */
   one(control) {
     const id = `control-${control.name}`;
     const label = element("label", { textContent: control.label, htmlFor: id });
@@ -60,8 +83,12 @@ export class Controls {
   }
 }
 
+/**
+ * @param {number | string} value
+ * @param {Control} control
+ */
 function figure(value, { step, unit, name }) {
-  if (name === "substeps") return value < 1 ? "auto" : String(value);
+  if (name === "substeps") return Number(value) < 1 ? "auto" : String(value);
   const digits = step < 1 ? 1 : 0;
   return `${Number(value).toFixed(digits)} ${unit}`;
 }

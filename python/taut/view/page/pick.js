@@ -3,8 +3,14 @@
 /**
  * How far along the ray that is, which triangle it is and the weights of its corners; or nothing. With `fronts` triangles are
  * met from the side alone to which they face.
+ * @param {Uint32Array} faces
+ * @param {Numbers} p
+ * @param {Ray} ray
+ * @param {boolean} fronts
+ * @returns {Met | null}
  */
 export function firstMet(faces, p, { from, way }, fronts = false) {
+  /** @type {Met | null} */
   let found = null;
   for (let i = 0; i < faces.length; i += 3) {
     const a = 3 * faces[i], b = 3 * faces[i + 1], c = 3 * faces[i + 2];

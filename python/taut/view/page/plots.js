@@ -3,11 +3,19 @@
 const SECONDS = 12;
 const COLOURS = ["#b23c26", "#2b6ca8", "#5d6b78"];
 
+/** @type {(value: number | null) => value is number} */
+const isFiniteNumber = (value) => Number.isFinite(value);
+
 export class Plot {
-  /** `level`: draws a line where something shall be, if it says where. */
+  /**
+   * `level`: draws a line where something shall be, if it says where.
+   * @param {HTMLCanvasElement} canvas
+   * @param {() => number | null} level
+   */
   constructor(canvas, level = () => null) {
     this.canvas = canvas;
     this.level = level;
+    /** @type {{ now: number, values: (number | null)[] }[]} */
     this.points = [];
   }
 
@@ -15,7 +23,11 @@ export class Plot {
     this.points = [];
   }
 
-  /** Values of now, one for each curve. */
+  /**
+   * Values of now, one for each curve.
+   * @param {number} now
+   * @param {(number | null)[]} values
+   */
   push(now, values) {
     this.points.push({ now, values });
     while (this.points[0].now < now - SECONDS) this.points.shift();
@@ -30,14 +42,16 @@ export class Plot {
       canvas.width = Math.round(width * density);
       canvas.height = Math.round(height * density);
     }
-    const context = canvas.getContext("2d");
+    const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
     context.setTransform(density, 0, 0, density, 0, 0);
     context.clearRect(0, 0, width, height);
-    const finite = this.points.flatMap(({ values }) => values.filter(Number.isFinite));
+    const finite = this.points.flatMap(({ values }) => values.filter(isFiniteNumber));
     const level = this.level();
     const high = 1.12 * Math.max(1e-9, ...finite, level ?? 0), low = Math.min(0, ...finite);
     const last = this.points.at(-1)?.now ?? 0;
+    /** @param {number} now */
     const x = (now) => width - 2 - ((last - now) / SECONDS) * (width - 4);
+    /** @param {number} value */
     const y = (value) => height - 3 - ((value - low) / (high - low)) * (height - 6);
     if (level !== null) {
       context.strokeStyle = "#1d2730";
@@ -55,12 +69,13 @@ export class Plot {
       context.beginPath();
       let drawing = false;
       for (const { now, values } of this.points) {
-        if (!Number.isFinite(values[curve])) {
+        const value = values[curve];
+        if (!isFiniteNumber(value)) {
           drawing = false;
           continue;
         }
-        if (drawing) context.lineTo(x(now), y(values[curve]));
-        else context.moveTo(x(now), y(values[curve]));
+        if (drawing) context.lineTo(x(now), y(value));
+        else context.moveTo(x(now), y(value));
         drawing = true;
       }
       context.stroke();

@@ -194,23 +194,28 @@ void main() { colour = paint; }`,
 
 export const SHADERS = { cloth, depth, floor, body, solid, lines };
 
-/** A program with the places of its uniforms. */
+/**
+ * A program with the places of its uniforms.
+ * @param {WebGL2RenderingContext} gl
+ * @param {{ vertex: string, fragment: string }} shaders
+ */
 export function compile(gl, { vertex, fragment }) {
   const program = gl.createProgram();
-  for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
-    const shader = gl.createShader(kind);
+  for (const [kind, text] of /** @type {const} */ ([[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]])) {
+    const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
     gl.shaderSource(shader, text);
     gl.compileShader(shader);
     gl.attachShader(program, shader);
   }
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS)) {
-    const logs = gl.getAttachedShaders(program).map((shader) => gl.getShaderInfoLog(shader));
+    const logs = (gl.getAttachedShaders(program) ?? []).map((shader) => gl.getShaderInfoLog(shader));
     throw new Error(`a shader cannot be used: ${logs.join(" ")} ${gl.getProgramInfoLog(program)}`);
   }
+  /** @type {Record<string, WebGLUniformLocation | null>} */
   const uniforms = {};
   for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); i++) {
-    const { name } = gl.getActiveUniform(program, i);
+    const { name } = /** @type {WebGLActiveInfo} */ (gl.getActiveUniform(program, i));
     uniforms[name] = gl.getUniformLocation(program, name);
   }
   return { program, uniforms };

@@ -1,8 +1,12 @@
 /** Small solid things: a ball and an arrow of length 1 along z. Triangles as positions and normals. */
 
+/** @typedef {{ positions: number[], normals: number[] }} Shape */
+
 export function ball() {
+  /** @type {Shape} */
   const out = { positions: [], normals: [] };
   const rings = 8, parts = 12;
+  /** @type {(ring: number, part: number) => Vec3} */
   const at = (ring, part) => {
     const a = (Math.PI * ring) / rings, b = (2 * Math.PI * part) / parts;
     return [Math.sin(a) * Math.cos(b), Math.sin(a) * Math.sin(b), Math.cos(a)];
@@ -20,6 +24,7 @@ export function ball() {
 }
 
 export function arrow() {
+  /** @type {Shape} */
   const out = { positions: [], normals: [] };
   // Radius and height along the outline; the normals' slope of each piece.
   turn(out, [[0.018, 0], [0.018, 0.72]], 0);
@@ -29,8 +34,14 @@ export function arrow() {
   return out;
 }
 
+/**
+ * @param {Shape} out
+ * @param {[[number, number], [number, number]]} ends
+ * @param {number} slope
+ */
 function turn({ positions, normals }, [[r0, z0], [r1, z1]], slope) {
   const parts = 20;
+  /** @type {(radius: number, z: number, part: number) => { place: Vec3, normal: Vec3 }} */
   const at = (radius, z, part) => {
     const angle = (2 * Math.PI * part) / parts;
     const size = Math.hypot(1, slope);

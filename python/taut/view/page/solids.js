@@ -3,7 +3,12 @@
 import { normalsOf } from "./cloth.js";
 import { firstMet } from "./pick.js";
 
-/** The body whose triangle was met, of those that have so many triangles each. */
+/**
+ * The body whose triangle was met, of those that have so many triangles each.
+ * @param {Met | null} met
+ * @param {[number, number][]} parts
+ * @returns {{ far: number, body: number } | null}
+ */
 function owned(met, parts) {
   if (!met) return null;
   let last = 0;
@@ -14,15 +19,31 @@ function owned(met, parts) {
   return null;
 }
 
+/** @typedef {Record<"faces" | "positions" | "normals", WebGLBuffer>} SolidOnCard */
+
 /** Triangles that may move. */
-class Triangles {
+export class Triangles {
+  /**
+   * @param {Vector} faces
+   * @param {Float32Array} positions
+   */
   constructor(faces, positions) {
-    this.take(faces, positions);
+    this.faces = new Uint32Array(faces);
+    this.normals = new Float32Array(positions.length);
+    this.positions = positions;
+    this.hasNewFaces = this.isNew = true;
+    /** @type {SolidOnCard | undefined} */
+    this.onCard = undefined;
+    this.move(positions);
   }
 
-  /** Take other triangles, if they are. */
+  /**
+   * Take other triangles, if they are.
+   * @param {Vector} faces
+   * @param {Float32Array} positions
+   */
   take(faces, positions) {
-    if (this.faces?.length !== faces.length) {
+    if (this.faces.length !== faces.length) {
       this.faces = new Uint32Array(faces);
       this.normals = new Float32Array(positions.length);
       this.hasNewFaces = true;
@@ -34,6 +55,7 @@ class Triangles {
     if (this.faces.length) this.take([], new Float32Array());
   }
 
+  /** @param {Float32Array} positions */
   move(positions) {
     this.positions = positions;
     normalsOf(this.faces, positions, this.normals);
@@ -42,7 +64,12 @@ class Triangles {
 }
 
 export class Solids {
-  /** `mesh` is that of the cloth beside them, which knows the way up. */
+  /**
+   * `mesh` is that of the cloth beside them, which knows the way up.
+   * @param {Layout} layout
+   * @param {number} index
+   * @param {import("./cloth.js").Mesh} mesh
+   */
   constructor(layout, index, mesh) {
     const { arrays } = layout;
     this.mesh = mesh;
@@ -57,6 +84,7 @@ export class Solids {
     this.squareParts = layout.meshes[index].square_parts;
     this.middles = mesh.turned(arrays[`middles${index}`]);
     /** Where cloth touches something: x, y, z and how hard. */
+    /** @type {{ place: Vec3, force: number }[]} */
     this.touches = [];
   }
 
@@ -64,22 +92,29 @@ export class Solids {
     return [this.bodies, this.squares, this.ball];
   }
 
-  /** Take what a picture has of places and contacts. */
+  /**
+   * Take what a picture has of places and contacts.
+   * @param {Picture} picture
+   * @param {number} index
+   */
   update({ arrays }, index) {
-    const [bodies, squares, middles, ball] = ["solids", "squares", "middles", "ball"].map((name) => arrays[`${name}${index}`]);
+    const [bodies, squares, middles, ball] = ["solids", "squares", "middles", "ball"].map((name) => /** @type {Numbers | undefined} */ (arrays[`${name}${index}`]));
     if (bodies) this.bodies.move(this.mesh.turned(bodies));
     if (squares) this.squares.move(this.mesh.turned(squares));
     if (middles) this.middles = this.mesh.turned(middles);
     if (ball) this.ball.take(this.ballFaces, this.mesh.turned(ball));
     else this.ball.clear();
-    const touches = arrays[`touches${index}`] ?? [];
+    const touches = arrays[`touches${index}`] ?? new Float32Array();
     this.touches = Array.from({ length: touches.length / 4 }, (_, row) => {
       const [x, y, z, force] = touches.subarray(4 * row, 4 * row + 4);
       return { place: this.mesh.fromScene([x, y, z]), force };
     });
   }
 
-  /** How far a ray goes until it first meets a body, and the number of that; or nothing. */
+  /**
+   * How far a ray goes until it first meets a body, and the number of that; or nothing.
+   * @param {Ray} ray
+   */
   pick(ray) {
     const met = [
       owned(firstMet(this.bodies.faces, this.bodies.positions, ray), this.parts),
@@ -87,15 +122,23 @@ export class Solids {
       // The ball is the last of all.
       owned(firstMet(this.ball.faces, this.ball.positions, ray), [[this.middles.length / 3 - 1, Infinity]]),
     ];
-    return met.filter(Boolean).sort((a, b) => a.far - b.far)[0] ?? null;
+    return met.flatMap((one) => one ?? []).sort((a, b) => a.far - b.far)[0] ?? null;
   }
 
-  /** The mean of a body's vertices. */
+  /**
+   * The mean of a body's vertices.
+   * @param {number} body
+   * @returns {Vec3}
+   */
   middle(body) {
-    return [...this.middles.subarray(3 * body, 3 * body + 3)];
+    const [x, y, z] = this.middles.subarray(3 * body, 3 * body + 3);
+    return [x, y, z];
   }
 
-  /** The box round a box and what is near it: bodies at the other end of the world need not be seen. */
+  /**
+   * The box round a box and what is near it: bodies at the other end of the world need not be seen.
+   * @param {Box} box
+   */
   widened({ low, high }) {
     const reach = 1.5 * Math.hypot(...high.map((part, axis) => part - low[axis]));
     const middle = high.map((part, axis) => 0.5 * (part + low[axis]));
