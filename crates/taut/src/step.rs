@@ -106,8 +106,8 @@ impl Work {
         self.trace = keep.then(Vec::new);
     }
 
-    /// Where the parts of the steps since [`Self::keep_trace`] or the last [`crate::advance`] began have ended, in their order; none
-    /// where that was not asked for.
+    /// Where the parts of the steps since [`Self::keep_trace`] or the last call that took several began have ended, in their order;
+    /// none where that was not asked for.
     #[must_use]
     pub fn trace(&self) -> Option<&[Moment]> {
         self.trace.as_deref()
