@@ -34,9 +34,9 @@ def overlapping(first: Boxes, second: Boxes) -> tuple[Indices, Indices]:
     high = np.minimum(first[1].max(axis=0), second[1].max(axis=0))
     if (low > high).any():
         return nothing, nothing
-    sides = np.concatenate([(box[1] - box[0]).max(axis=1) for box in (first, second)])
-    # Large triangles of bodies shall not make the cells large, so that it is the median.
-    cell = max(float(np.median(sides)), 1e-3 * float((high - low).max()), 1e-30)
+    # Large triangles of bodies shall not make the cells large, so that medians count.
+    sides = [float(np.median((box[1] - box[0]).max(axis=1))) for box in (first, second)]
+    cell = max(*sides, 1e-3 * float((high - low).max()), 1e-30)
     counts = np.floor((high - low) / cell).astype(np.int64) + 1
     keys, owners, lows = zip(*(_cells(box, low, high, cell, counts) for box in (first, second)), strict=True)
     order = np.argsort(keys[1], kind="stable")
@@ -50,8 +50,10 @@ def overlapping(first: Boxes, second: Boxes) -> tuple[Indices, Indices]:
     lowest = np.maximum(lows[0][a], lows[1][b])
     once = keys[0][here] == (lowest[:, 0] * counts[1] + lowest[:, 1]) * counts[2] + lowest[:, 2]
     a, b = a[once], b[once]
-    meet = (first[0][a] <= second[1][b]).all(axis=1) & (second[0][b] <= first[1][a]).all(axis=1)
-    return a[meet], b[meet]
+    for axis in range(3):  # one axis after the other: the first leaves few
+        meet = (first[0][a, axis] <= second[1][b, axis]) & (second[0][b, axis] <= first[1][a, axis])
+        a, b = a[meet], b[meet]
+    return a, b
 
 
 def _cells(

@@ -131,13 +131,17 @@ def _value(coefficients: Numbers, t: Numbers) -> Numbers:
 def _boxes_meet(start: Numbers, end: Numbers, edges: Mask) -> Mask:
     """Whether the boxes around the ways of the two features overlap."""
     low, high = np.minimum(start, end), np.maximum(start, end)
+    reach = TOUCH * (high.max(axis=1) - low.min(axis=1)).max(axis=1)
+    # The second corner belongs to the first feature where that is an edge.
     meet = np.ones(len(start), np.bool_)
-    for kind, split in ((edges, 2), (~edges, 1)):
-        rows = np.flatnonzero(kind)
-        a, b = slice(None, split), slice(split, None)
-        reach = TOUCH * np.linalg.norm(np.ptp(start[rows], axis=1), axis=1)[:, None]
-        meet[rows] = (low[rows, a].min(axis=1) <= high[rows, b].max(axis=1) + reach).all(axis=1)
-        meet[rows] &= (low[rows, b].min(axis=1) <= high[rows, a].max(axis=1) + reach).all(axis=1)
+    for axis in range(3):
+        lows, highs = low[:, :, axis], high[:, :, axis]
+        first_low = np.where(edges, np.minimum(lows[:, 0], lows[:, 1]), lows[:, 0])
+        first_high = np.where(edges, np.maximum(highs[:, 0], highs[:, 1]), highs[:, 0])
+        low_pair, high_pair = np.minimum(lows[:, 2], lows[:, 3]), np.maximum(highs[:, 2], highs[:, 3])
+        second_low = np.where(edges, low_pair, np.minimum(low_pair, lows[:, 1]))
+        second_high = np.where(edges, high_pair, np.maximum(high_pair, highs[:, 1]))
+        meet &= (first_low <= second_high + reach) & (second_low <= first_high + reach)
     return meet
 
 

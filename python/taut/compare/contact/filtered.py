@@ -1,8 +1,9 @@
 """A simulation whose steps are made admissible by a method in NumPy, instead of by the engine.
 
-The engine takes each step of the same scene without contact: its forces, its integrator, its strain limit. The
-method changes where that step ends, and velocities take the difference over the step. So the strain limit comes
-before contact, as in [Bridson02], and what contact changes is not limited again before the next step.
+The engine takes each step of the same scene without contact: its forces, its integrator, and the strain limit
+``sweeps``, which may start beyond the limit, as it has to after contact. The method changes where that step ends,
+and velocities take the difference over the step. So the strain limit comes before contact, as in [Bridson02], and
+what contact changes is not limited again before the next step.
 """
 
 from functools import cached_property
@@ -20,28 +21,30 @@ from taut.report import Report
 from taut.scene import Scene
 from taut.simulation import Simulation
 
+LIMIT = "sweeps"
+"""The strain limit of these steps, a value of `solver.filter`."""
+
 _FAR = 1e4  # from where cloth may be [m]: where the cloth is that bodies are moved with
 
 
 class Filtered(Simulation):
     """Steps of the engine without contact, each followed by a method."""
 
-    def __init__(self, scene: Scene, resolve: Resolve, substeps: int, threads: int | None = None) -> None:
+    def __init__(self, scene: Scene, resolve: Resolve, threads: int | None = None) -> None:
         """Put a scene in its initial state.
 
         Args:
             scene: with its bodies and contact.
             resolve: the method.
-            substeps: steps in a frame [1].
             threads: worker threads [1]; all cores when left out.
 
         Raises:
             CompareError: a cloth has points without triangles.
             SceneError: the scene cannot be simulated.
         """
-        steps = f"solver.substeps={substeps}"
-        self._guide = Simulation(_bodies_alone(scene, steps), 1)
-        super().__init__(scene.with_settings([steps, "body=[]", "contact.self=false"]), threads)
+        self._guide = Simulation(_bodies_alone(scene), 1)
+        alone = ["body=[]", "contact.self=false", f"solver.filter={LIMIT}"]
+        super().__init__(scene.with_settings(alone), threads)
         self._resolve = resolve
         self.world = world_of(self, scene, self._guide)
         """What touches."""
@@ -102,13 +105,13 @@ class Filtered(Simulation):
         return self._guide.body_positions
 
 
-def _bodies_alone(scene: Scene, steps: str) -> Scene:
+def _bodies_alone(scene: Scene) -> Scene:
     """The bodies of a scene, with a small cloth far from them that is held: they follow their paths."""
     cloth = (
         f'cloth=[{{ grid = {{ size = [1.0, 1.0], cells = [1, 1], origin = [{_FAR}, {_FAR}, {_FAR}] }}, '
         'pins = [{ edge = "left" }, { edge = "right" }] }]'
     )
-    return scene.with_settings([steps, cloth, "contact.self=false"])
+    return scene.with_settings([cloth, "contact.self=false", "solver={}"])
 
 
 def surface_points(simulation: Simulation) -> Numbers:
@@ -139,7 +142,7 @@ def world_of(simulation: Simulation, scene: Scene, bodies: Simulation) -> World:
         half.append(np.full(cloth.vertices, 0.5 * float(fields["thickness"])))
         friction.append(np.full(cloth.vertices, float(fields["friction"])))
     first = vertices
-    for body, fields in zip(bodies.bodies.values(), scene.document["body"], strict=True):
+    for body, fields in zip(bodies.bodies.values(), scene.document.get("body", ()), strict=True):
         count = len(points_of(body))
         faces.append(faces_of(body) + first)
         half.append(np.full(count, float(fields["thickness"])))

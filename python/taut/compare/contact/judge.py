@@ -86,11 +86,15 @@ class Judge:
 
 def count_crossings(world: World, places: Numbers) -> int:
     """Edges that pass through triangles with which they share no vertex, one of them of a cloth [1]."""
-    i, j = overlapping(boxes_of(world.edges, places), boxes_of(world.faces, places))
-    edges, faces = world.edges[i], world.faces[j]
-    alone = (edges[:, :, None] != faces[:, None, :]).all(axis=(1, 2))
-    alone &= (edges[:, 0] < world.cloth) | (faces[:, 0] < world.cloth)
-    return int(np.count_nonzero(passes_through(places[edges[alone]], places[faces[alone]])))
+    found = 0
+    cloth = world.edges[:, 0] < world.cloth
+    own = world.faces[world.faces[:, 0] < world.cloth]
+    for edges, faces in ((world.edges[cloth], world.faces), (world.edges[~cloth], own)):
+        i, j = overlapping(boxes_of(edges, places), boxes_of(faces, places))
+        alone = (edges[i][:, :, None] != faces[j][:, None, :]).all(axis=(1, 2))
+        i, j = i[alone], j[alone]
+        found += int(np.count_nonzero(passes_through(places[edges[i]], places[faces[j]])))
+    return found
 
 
 def passes_through(segments: Numbers, triangles: Numbers) -> Mask:
