@@ -31,6 +31,16 @@ SceneArgument = Annotated[
     ),
 ]
 
+OptionalScene = Annotated[
+    Path | None,
+    typer.Argument(
+        help="A scene file, or the name of a shipped scene (`taut scenes`).",
+        metavar="SCENE",
+        autocompletion=complete_scene,
+        show_default=False,
+    ),
+]
+
 Sandbox = Annotated[
     bool, typer.Option("--sandbox", help="For a scene from elsewhere: read no mesh outside its folder.")
 ]

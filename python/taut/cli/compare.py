@@ -1,19 +1,25 @@
 """``taut compare``."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taut.cli.arguments import Sandbox, SceneArgument
+from taut.cli.arguments import OptionalScene, Sandbox
 from taut.cli.console import STOPPED, Bars, asked_to_stop, expected_errors, fail
 
 if TYPE_CHECKING:
     from taut.compare import Comparison
+    from taut.compare.contact import Found, Method
+    from taut.scene import Scene
+
+_BUDGET = 60.0
 
 
 def command(
-    scene: SceneArgument,
+    scene: OptionalScene = None,
+    *,
     out: Annotated[Path, typer.Option(help="The folder to write.", metavar="DIR")],
     filters: Annotated[str, typer.Option(help="Names that solver.filter allows, or all.")] = "all",
     integrators: Annotated[
@@ -31,7 +37,23 @@ def command(
     equal_stretch: Annotated[
         bool, typer.Option(help="Search the settings with which each method keeps the limit, too.")
     ] = True,
-    budget: Annotated[float, typer.Option(min=0.001, help="Seconds for each such search.")] = 60.0,
+    budget: Annotated[float, typer.Option(min=0.001, help="Seconds for each such search.")] = _BUDGET,
+    contact: Annotated[
+        bool,
+        typer.Option(
+            "--contact", help="Compare ways to handle contact; without a scene on small ones built in."
+        ),
+    ] = False,
+    methods: Annotated[
+        str,
+        typer.Option(
+            help="With --contact: some of ours, bridson, provot, penalty, none, or all but the last: all."
+        ),
+    ] = "all",
+    scenes: Annotated[
+        str,
+        typer.Option(help="With --contact and no scene: some of ball, heap, layers, twist, or all."),
+    ] = "all",
     film: Annotated[bool, typer.Option(help="Make the side-by-side film.")] = True,
     threads: Annotated[int | None, typer.Option(min=1, max=1024, help="Default: all cores.")] = None,
     overwrite: Annotated[
@@ -43,11 +65,18 @@ def command(
     """Run a scene with several methods: tables, plots, stills and a film side by side."""
     with expected_errors(), Bars(quiet) as bars, asked_to_stop() as asked:
         from taut.compare import Conditions, Options, choose, compare
+        from taut.compare.contact import compare_contact
+        from taut.errors import CompareError
         from taut.scene import Scene
 
-        changed = Scene.load(scene, sandbox).with_settings(settings or [])
-        schemes = [changed.document["solver"]["integrator"]] if integrators is None else _list(integrators)
-        methods = choose(_list(filters), schemes)
+        given = {"--filters": filters != "all", "--integrators": integrators is not None}
+        given |= {"--no-equal-stretch": not equal_stretch, "--budget": budget != _BUDGET}
+        only = {"--methods": methods != "all", "--scenes": scenes != "all"}
+        for name, wrong in (given if contact else only).items():
+            if wrong:
+                raise CompareError(f"{name}: {'not together with' if contact else 'only with'} --contact")
+        if scene is None and not contact:
+            raise CompareError("no scene is named: name a file or a shipped scene, or compare --contact")
         told: list[bool] = []
 
         def watch(what: str, done: int, total: int, note: str) -> None:
@@ -57,9 +86,18 @@ def command(
                 raise KeyboardInterrupt
 
         conditions = Conditions(frames, threads, watch)
-        options = Options(conditions, budget if equal_stretch else None, film, overwrite)
+        changed = None if scene is None else Scene.load(scene, sandbox).with_settings(settings or [])
+        found: Comparison | Found
         try:
-            found = compare(changed, methods, out, options)
+            if contact:
+                chosen = _scenes(scenes, changed, scene, settings or [])
+                found = compare_contact(chosen, _methods(methods), out, conditions, film, overwrite)
+            else:
+                assert changed is not None
+                own = [changed.document["solver"]["integrator"]]
+                pairs = choose(_list(filters), own if integrators is None else _list(integrators))
+                options = Options(conditions, budget if equal_stretch else None, film, overwrite)
+                found = compare(changed, pairs, out, options)
         except KeyboardInterrupt:
             raise fail(f"stopped; {out} was not written", STOPPED) from None
         if not quiet:
@@ -68,13 +106,33 @@ def command(
             raise fail(f"stopped; {out} has the methods that were done", STOPPED)
 
 
+def _methods(names: str) -> "list[Method]":
+    """Ways to handle contact."""
+    from taut.compare.contact import choose
+
+    return choose(_list(names))
+
+
+def _scenes(names: str, given: "Scene | None", path: Path | None, settings: list[str]) -> "dict[str, Scene]":
+    """The scene that was given, or small ones."""
+    from taut.compare.contact import built_in
+    from taut.errors import CompareError
+
+    if given is None or path is None:
+        return built_in(_list(names), settings)
+    if names != "all":
+        raise CompareError(f"--scenes: not together with a scene, here {path}")
+    return {re.sub(r"[^\w-]+", "-", path.stem) or "scene": given}
+
+
 def _list(text: str) -> list[str]:
     """The items of a list with commas."""
     return [item.strip() for item in text.split(",") if item.strip()]
 
 
-def _show(found: "Comparison", out: Path) -> None:
-    from taut.cli.tables import comparison_table, show
+def _show(found: "Comparison | Found", out: Path) -> None:
+    from taut.cli.tables import comparison_table, contact_table, show
+    from taut.compare import Comparison
 
-    show(comparison_table(found))
+    show(comparison_table(found) if isinstance(found, Comparison) else contact_table(found))
     typer.echo(f"{out / 'compare.md'}: all figures and pictures")

@@ -10,6 +10,7 @@ from taut.cache import Cache, Summary, cloth_of
 
 if TYPE_CHECKING:
     from taut.compare import Comparison
+    from taut.compare.contact import Found
     from taut.scene import Needs
 
 Rows = list[tuple[str, str]]
@@ -75,6 +76,21 @@ def comparison_table(found: "Comparison") -> Rows:
         if search.factor is None:
             rows.append((found.labels[method], f"limit not reached: {search.why_not}"))
     return rows + [(found.labels[refusal.method], f"refused: {refusal.reason}") for refusal in found.refused]
+
+
+def contact_table(found: "Found") -> Rows:
+    """A line for each run of a comparison of contact, and one for each method that could not take part."""
+    rows = []
+    for scene in found.scenes:
+        for run in scene.runs:
+            figures = run.figures
+            text = f"{figures.intersecting_frames} of {figures.frames} frames intersect, "
+            text += f"worst stretch {_per_cent(figures.worst_stretch)}"
+            text += "" if figures.ms_per_frame is None else f", {figures.ms_per_frame:.3g} ms a frame"
+            text += f"; ended early: {run.ended}" if run.ended else ""
+            rows.append((f"{scene.name}, {run.method}", text))
+        rows += [(f"{scene.name}, {method}", f"refused: {reason}") for method, reason in scene.refused]
+    return rows
 
 
 def show(rows: Rows) -> None:

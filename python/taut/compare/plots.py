@@ -50,7 +50,7 @@ def draw_plots(found: Comparison, folder: Path) -> list[tuple[str, str]]:
             "What one pass does: stretch of each spring as the step is proposed and as the filter leaves it"
         )
         plots.append(("passes.png", caption, lambda: _passes(found)))
-    with matplotlib.rc_context(_LOOK):  # type: ignore[arg-type]
+    with matplotlib.rc_context(LOOK):  # type: ignore[arg-type]
         for name, _, draw in plots:
             figure = draw()
             FigureCanvasAgg(figure)
@@ -58,7 +58,7 @@ def draw_plots(found: Comparison, folder: Path) -> list[tuple[str, str]]:
     return [(name, caption) for name, caption, _ in plots]
 
 
-_LOOK = {
+LOOK = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -71,6 +71,7 @@ _LOOK = {
     "legend.frameon": False,
     "figure.constrained_layout.use": True,
 }
+"""Of all plots."""
 
 
 def style(run: Run) -> dict[str, Any]:

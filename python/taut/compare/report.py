@@ -126,7 +126,7 @@ def to_json(found: Comparison, pictures: Sequence[Picture]) -> dict[str, Any]:
         ],
         "pictures": [asdict(picture) for picture in pictures],
     }
-    plain = _finite(document)
+    plain = finite(document)
     assert isinstance(plain, dict)
     return plain
 
@@ -154,12 +154,12 @@ def _search(search: Search) -> dict[str, Any]:
     }
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
     """JSON has no infinity: what is not finite becomes null."""
     if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -49,7 +49,7 @@ def _table(found: Comparison, runs: Sequence[Run]) -> list[str]:
     head += [] if found.body.no_momentum else ["momentum drift"]
     head += ["fallen", "at rest after"] if found.body.rest_speed else []
     rows = [[f"`{run.label}`", *_cells(found, run)] for run in runs]
-    return _grid(head, rows)
+    return grid(head, rows)
 
 
 def _cells(found: Comparison, run: Run) -> list[str]:
@@ -91,7 +91,7 @@ def _equal_table(found: Comparison) -> list[str]:
         if not found.body.no_energy:
             cells.append("–" if figures.energy_kept is None else f"{100 * figures.energy_kept:.3g} %")
         rows.append([label, *cells])
-    return _grid(head, rows)
+    return grid(head, rows)
 
 
 def _given_up(search: Search) -> str:
@@ -119,10 +119,11 @@ def _passes_table(found: Comparison) -> list[str]:
         ]
         for run, one in found.passes
     ]
-    return _grid(head, rows)
+    return grid(head, rows)
 
 
-def _grid(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+def grid(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """A table as lines of Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return ["| " + " | ".join(line) + " |" for line in lines]
 

@@ -88,7 +88,7 @@ def bernstein(start: Numbers, end: Numbers) -> Numbers:
 
 
 def roots(coefficients: Numbers) -> Numbers:
-    """Roots of cubics on [0, 1] from their Bernstein coefficients, shape (n, 5); infinite where there is none.
+    """Roots of cubics on [0, 1] from Bernstein coefficients, shape (n, 7); infinite where there is none.
 
     Between its extrema a cubic is monotone, so that bisection finds its roots. An extremum at which it is
     zero but for rounding is a root, too.

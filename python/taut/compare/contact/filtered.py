@@ -1,9 +1,9 @@
 """A simulation whose steps are made admissible by a method in NumPy, instead of by the engine.
 
-The engine takes each step of the same scene without contact: its forces, its integrator, and the strain limit
-``sweeps``, which may start beyond the limit, as it has to after contact. The method changes where that step ends,
-and velocities take the difference over the step. So the strain limit comes before contact, as in [Bridson02], and
-what contact changes is not limited again before the next step.
+The engine takes each step of the same scene without contact: its forces, its integrator, and the strain
+limit ``sweeps``, which may start beyond the limit, as it has to after contact. The method changes where
+that step ends, and velocities take the difference over the step. So the strain limit comes before contact,
+as in [Bridson02], and what contact changes is not limited again before the next step.
 """
 
 from functools import cached_property
@@ -42,13 +42,14 @@ class Filtered(Simulation):
             CompareError: a cloth has points without triangles.
             SceneError: the scene cannot be simulated.
         """
-        self._guide = Simulation(_bodies_alone(scene), 1)
+        self.guide = Simulation(_bodies_alone(scene), 1)
+        """Moves the bodies."""
         alone = ["body=[]", "contact.self=false", f"solver.filter={LIMIT}"]
         super().__init__(scene.with_settings(alone), threads)
         self._resolve = resolve
-        self.world = world_of(self, scene, self._guide)
+        self.world = world_of(self, scene, self.guide)
         """What touches."""
-        self.places: Numbers = np.concatenate([self.exact_positions, surface_points(self._guide)])
+        self.places: Numbers = np.concatenate([self.exact_positions, surface_points(self.guide)])
         """Where all vertices of cloths and of the triangles of bodies are [m]: in double precision, in which
         gaps are not lost that single precision does not tell from nothing."""
         self.outcomes: list[Outcome] = []
@@ -67,10 +68,10 @@ class Filtered(Simulation):
         vertices = len(self.mass)
         before = self.exact_positions
         super().step(1, dt)
-        self._guide.step(1, dt)
+        self.guide.step(1, dt)
         proposed = self.places.copy()
         proposed[:vertices] += self.exact_positions - before
-        proposed[vertices:] = surface_points(self._guide)
+        proposed[vertices:] = surface_points(self.guide)
         outcome = self._resolve(Step(self.world, self.places, proposed, dt, self._stiffness))
         self.outcomes.append(outcome)
         self.places = outcome.end
@@ -83,32 +84,30 @@ class Filtered(Simulation):
         kept = past is not None and vertices <= len(past) <= vertices + len(self.cloths)
         if past is not None and kept:
             past[:vertices] += change
-        self.set_state(
-            self.places[:vertices], self.velocities + change, self.steps, past if kept else None
-        )
+        self.set_state(self.places[:vertices], self.velocities + change, self.steps, past if kept else None)
 
     # Bodies are those of the scene, for caches and pictures.
 
     @cached_property
     def body_ranges(self) -> list[BodyRange]:
         """See :attr:`taut.Simulation.body_ranges`."""
-        return self._guide.body_ranges
+        return self.guide.body_ranges
 
     @cached_property
     def body_triangles(self) -> NDArray[np.int32]:
         """See :attr:`taut.Simulation.body_triangles`."""
-        return self._guide.body_triangles
+        return self.guide.body_triangles
 
     @property
     def body_positions(self) -> NDArray[np.float64]:
         """See :attr:`taut.Simulation.body_positions`."""
-        return self._guide.body_positions
+        return self.guide.body_positions
 
 
 def _bodies_alone(scene: Scene) -> Scene:
     """The bodies of a scene, with a small cloth far from them that is held: they follow their paths."""
     cloth = (
-        f'cloth=[{{ grid = {{ size = [1.0, 1.0], cells = [1, 1], origin = [{_FAR}, {_FAR}, {_FAR}] }}, '
+        f"cloth=[{{ grid = {{ size = [1.0, 1.0], cells = [1, 1], origin = [{_FAR}, {_FAR}, {_FAR}] }}, "
         'pins = [{ edge = "left" }, { edge = "right" }] }]'
     )
     return scene.with_settings([cloth, "contact.self=false", "solver={}"])
@@ -134,7 +133,8 @@ def world_of(simulation: Simulation, scene: Scene, bodies: Simulation) -> World:
     vertices = len(simulation.mass)
     if len(np.unique(simulation.faces)) < vertices:
         raise CompareError(
-            "the scene has points without triangles, as networks have: --contact compares methods for triangles"
+            "the scene has points without triangles, as networks have: --contact compares methods for "
+            "triangles; leave such cloths out"
         )
     faces: list[NDArray[np.int64]] = [simulation.faces.astype(np.int64)]
     half, friction = [], []

@@ -1,10 +1,10 @@
 """Impulses between pairs, one after the other, with Coulomb's friction.
 
 With the signed weights s of the places that touch, the relative velocity is u = sum(s_i v_i). An impulse j
-on the first feature, and -j on the second one, changes velocities by s_i w_i j, where w_i is an inverse mass,
-and u by D j with D = sum(s_i^2 w_i). For corners of equal mass that is equation (7) of [Bridson02] and its
-like for edges. As the weights add up to zero, momentum is kept; as j acts at one place, or along the line
-between the closest places, so is angular momentum.
+on the first feature, and -j on the second one, changes velocities by s_i w_i j, where w_i is an inverse
+mass, and u by D j with D = sum(s_i^2 w_i). For corners of equal mass that is equation (7) of [Bridson02]
+and its like for edges. As the weights add up to zero, momentum is kept; as j acts at one place, or along
+the line between the closest places, so is angular momentum.
 """
 
 from collections.abc import Iterator
@@ -56,8 +56,8 @@ def respond(
 ) -> None:
     """Stop what approaches, push apart what is too near, and slow down what slides.
 
-    Along the unit normal n, which points to the first feature, a relative velocity below 0 becomes 0. Where it
-    is below `least` then, an impulse of at most `push` raises it as far as that. Friction takes at most
+    Along the unit normal n, which points to the first feature, a relative velocity below 0 becomes 0. Where
+    it is below `least` then, an impulse of at most `push` raises it as far as that. Friction takes at most
     mu times that change from the tangential velocity, equation (8) of [Bridson02].
 
     Args:
@@ -79,7 +79,9 @@ def respond(
         along = dot(u, n)
         stopped = np.maximum(along, 0.0)
         after = stopped + np.clip(least[rows] - stopped, 0.0, push[rows] * d)
-        change = (after - along)[:, None] * n + friction(u - along[:, None] * n, after - along, pairs.friction[rows])
+        change = (after - along)[:, None] * n + friction(
+            u - along[:, None] * n, after - along, pairs.friction[rows]
+        )
         moved = (s * light[corners])[:, :, None] * (change / d[:, None])[:, None]
         np.add.at(velocities, corners, moved)
 

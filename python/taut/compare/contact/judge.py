@@ -74,8 +74,8 @@ class Judge:
             first, second = pairs.corners[:, i], pairs.corners[:, j]
             codes = np.minimum(first, second) * len(places) + np.maximum(first, second)
             # Of a point and a triangle the point is the first, of edges both ends are.
-            apart = (i == 0) != pairs.edges if j == 1 else (i == 0) | pairs.edges
-            near |= apart & np.isin(codes, self._near)
+            counts = ~pairs.edges if j == 1 and i == 0 else pairs.edges | (i == 0)
+            near |= counts & np.isin(codes, self._near)
         pairs = pairs.of(~near)
         if not len(pairs):
             return 1.0
@@ -104,7 +104,9 @@ def passes_through(segments: Numbers, triangles: Numbers) -> Mask:
     normal = cross(b - a, c - a)
     sides = np.sign(dot(normal, p - a)) * np.sign(dot(normal, q - a)) < 0
     way = q - p
-    turns = np.stack([np.sign(dot(cross(first - p, second - p), way)) for first, second in ((a, b), (b, c), (c, a))])
+    turns = np.stack(
+        [np.sign(dot(cross(first - p, second - p), way)) for first, second in ((a, b), (b, c), (c, a))]
+    )
     return np.asarray(sides & ((turns > 0).all(axis=0) | (turns < 0).all(axis=0)))
 
 

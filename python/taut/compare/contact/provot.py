@@ -1,8 +1,9 @@
 """Impulses and zones of impact [Provot97].
 
-Pairs that meet on their way collide once, inelastically and with friction: where |V_T| is at most mu |V_N| the
-tangential velocity becomes 0, otherwise it loses mu |V_N|. What collides then, or still, becomes rigid zones,
-which go on by their velocities, x + dt (v + omega x r). There are no repulsions: cloth has no thickness.
+Pairs that meet on their way collide once, inelastically and with friction: where |V_T| is at most mu |V_N|
+the tangential velocity becomes 0, otherwise it loses mu |V_N|. What collides then, or still, becomes rigid
+zones, which go on by their velocities, x + dt (v + omega x r). There are no repulsions: cloth has no
+thickness.
 """
 
 from taut.compare.contact.bridson import collide

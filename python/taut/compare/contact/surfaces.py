@@ -34,7 +34,11 @@ def icosphere(divisions: int = DIVISIONS) -> tuple[Numbers, Faces]:
     # The faces of the convex hull are those triples whose corners are all next to each other.
     near = np.abs(np.linalg.norm(corners[:, None] - corners, axis=2) - 2.0) < 1e-6
     triples = [
-        (i, j, k) for i in range(12) for j in range(i) for k in range(j) if near[i, j] and near[j, k] and near[i, k]
+        (i, j, k)
+        for i in range(12)
+        for j in range(i)
+        for k in range(j)
+        if near[i, j] and near[j, k] and near[i, k]
     ]
     faces = np.array(triples, np.int64)
     for _ in range(divisions):

@@ -32,7 +32,7 @@ class Pairs:
 
     def with_any(self, vertices: Mask) -> "Pairs":
         """Those with any of these vertices, shape (vertices,)."""
-        return self if vertices.all() else self.of(vertices[self.corners].any(axis=1))
+        return self if vertices.all() else self.of(np.flatnonzero(vertices[self.corners].any(axis=1)))
 
 
 class World:

@@ -10,8 +10,8 @@ so that momentum and angular momentum are kept. Places go by the rotation itself
 the velocity. Both are invertible linear maps of the zone, also on all of the way, so that nothing crosses
 within it. Zones grow until nothing collides.
 
-What cannot be moved, corners of bodies or held ones, leads its zone: the rigid motion is that of these corners
-alone, with equal weights, as in [Harmon08]. So cloth in a zone with a body sticks to it.
+What cannot be moved, corners of bodies or held ones, leads its zone: the rigid motion is that of these
+corners alone, with equal weights, as in [Harmon08]. So cloth in a zone with a body sticks to it.
 """
 
 from dataclasses import dataclass
@@ -120,7 +120,7 @@ def rigid_motion(
     axis = omega / np.maximum(speed, 1e-300)
     fixed = dot(r, axis)[:, None] * axis
     turned = fixed + np.cos(dt * speed) * (r - fixed) + np.sin(dt * speed) * cross(axis, r)
-    return place + turned
+    return np.asarray(place + turned)
 
 
 def _joined(labels: Indices, met: Indices) -> Indices:
