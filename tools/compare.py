@@ -1,6 +1,7 @@
-"""`make compare`: all methods on a sheet and on a chain, for docs/methods/compare.md.
+"""`make compare`: all methods on a sheet and on a chain, and ways to handle contact.
 
-Runs `taut compare`, puts its tables between the markers of that page, and pictures of it into docs/pictures.
+Runs `taut compare`, puts its tables between the markers of docs/methods/compare.md and contact.md, and
+pictures of it into docs/pictures.
 """
 
 import subprocess
@@ -11,6 +12,7 @@ from documents import ROOT, keep, rewrite
 
 OUT = ROOT / "out" / "compare"
 PAGE = ROOT / "docs" / "methods" / "compare.md"
+CONTACT = PAGE.with_name("contact.md")
 TAUT = Path(sys.executable).with_name("taut")
 
 SHOWN = {
@@ -18,6 +20,8 @@ SHOWN = {
     "chain": ("motion.png",),
 }
 """Pictures that the page shows, of each scene."""
+
+SHOWN_OF_CONTACT = ("contact-heap.png", "contact-heap-strip.jpg", "contact-twist-strip.jpg")
 
 
 def tables(page: str) -> str:
@@ -34,6 +38,12 @@ def main() -> None:
         rewrite(PAGE, scene, tables((OUT / scene / "compare.md").read_text()))
         for name in pictures:
             keep(OUT / scene / name, f"compare-{scene}-{Path(name).stem}", widest=1100)
+    out = OUT / "contact"
+    command = [TAUT, "compare", "--contact", "--out", out, "--threads", "1", "--no-film", "--overwrite"]
+    subprocess.run(command, check=True, cwd=ROOT)
+    rewrite(CONTACT, "contact", tables((out / "compare.md").read_text()))
+    for name in SHOWN_OF_CONTACT:
+        keep(out / name, f"compare-{Path(name).stem}", widest=1100)
 
 
 if __name__ == "__main__":

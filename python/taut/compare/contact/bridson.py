@@ -79,7 +79,7 @@ def collide(step: Step, nearby: Nearby, end: Numbers, rounds: int, share: float,
         apart = between(closest(places, met.edges), places)
         overlap = np.maximum(met.thickness - np.sqrt(dot(apart, apart)), 0.0)
         before = velocities.copy()
-        push = dt * step.stiffness * overlap if share else np.zeros(len(overlap))
+        push = np.where(overlap > 0, dt * step.stiffness, 0.0) * np.where(overlap > 0, overlap, 1.0)
         respond(world, velocities, met, hits.weights, normals, share * overlap / dt, push)
         changed = (velocities != before).any(axis=1)
         end = np.where(changed[:, None], start + dt * velocities, end)

@@ -125,7 +125,7 @@ def _check(start: Simulation) -> None:
             f"{MOST_VERTICES}; "
             "take fewer cells, as in --set cloth[0].grid.cells=[24,24]"
         )
-    if not start.body_ranges and not start.scene.document["contact"]["self"]:
+    if not start.body_ranges and not start.scene.document.get("contact", {}).get("self"):
         raise CompareError(
             "nothing touches in this scene: add a body, or give a cloth its thickness, as in "
             "--set cloth[0].thickness=0.01"

@@ -10,7 +10,7 @@ Fields = dict[str, Any]
 
 _FLOOR: Fields = {"name": "floor", "plane": {"point": [0, 0, 0], "normal": [0, 0, 1]}}
 _CLOTH: Fields = {
-    "density": 0.3,
+    "density": 0.5,
     "thickness": 0.01,
     "friction": 0.3,
     "bending": "fabric",
@@ -31,25 +31,25 @@ def _ball() -> Fields:
 
 def _heap() -> Fields:
     sheet = _CLOTH | _grid(16, (0.6, 0.6), [-0.3, 0.0, 0.02], "xz") | {"rotate": [7, 0, 0]}
-    return {"title": "Sheet dropped on its edge", "duration": 0.8, "body": [_FLOOR], "cloth": [sheet]}
+    return {"title": "Sheet dropped on its edge", "duration": 0.7, "body": [_FLOOR], "cloth": [sheet]}
 
 
 def _layers() -> Fields:
     box = {"name": "box", "box": {"center": [0, 0, 0.2], "size": [0.2, 0.2, 0.2]}, "friction": 0.3}
-    low = _CLOTH | _grid(12, (0.5, 0.5), [-0.24, -0.27, 0.32], "xy") | {"name": "low"}
-    high = _CLOTH | _grid(12, (0.5, 0.5), [-0.27, -0.23, 0.36], "xy") | {"name": "high"}
+    low = _CLOTH | _grid(10, (0.5, 0.5), [-0.24, -0.27, 0.32], "xy") | {"name": "low"}
+    high = _CLOTH | _grid(10, (0.5, 0.5), [-0.27, -0.23, 0.36], "xy") | {"name": "high"}
     return {"title": "Two sheets on a box", "duration": 0.6, "body": [_FLOOR, box], "cloth": [low, high]}
 
 
 def _twist() -> Fields:
     def end(edge: str, way: float) -> Fields:
-        angle = [[1.2, 360.0 * way]]
-        moves = [[0.3, [0.03 * way, 0, 0]], [1.2, [0.1 * way, 0, 0]]]
+        angle = [[1.0, 360.0 * way]]
+        moves = [[0.3, [0.03 * way, 0, 0]], [1.0, [0.1 * way, 0, 0]]]
         return {"edge": edge, "turn": {"axis": [1, 0, 0], "point": [0, 0, 0], "angle": angle}, "move": moves}
 
-    strip = _CLOTH | _grid((20, 10), (0.6, 0.3), [-0.3, -0.15, 0.0], "xy")
+    strip = _CLOTH | _grid((16, 8), (0.6, 0.3), [-0.3, -0.15, 0.0], "xy")
     pins = [end("left", 1.0), end("right", -1.0)]
-    return {"title": "Twisted strip", "duration": 1.2, "cloth": [strip | {"pins": pins}]}
+    return {"title": "Twisted strip", "duration": 1.0, "cloth": [strip | {"pins": pins}]}
 
 
 _BUILT: dict[str, Callable[[], Fields]] = {
