@@ -481,7 +481,7 @@ def test_ctrl_c_keeps_what_is_whole(tmp_path: Path) -> None:
 def test_ours_keeps_what_it_promises_and_none_does_not(tmp_path: Path) -> None:
     scenes = built_in(["ball"], ["cloth[0].grid.cells=[10,10]"])
     found = compare_contact(
-        scenes, choose(["ours", "none"]), tmp_path / "out", Conditions(frames=20, threads=1), film=False
+        scenes, choose(["ours", "none"]), tmp_path / "out", Conditions(frames=20, threads=1)
     )
     ours, none = (run.figures for run in found.scenes[0].runs)
     assert ours.intersecting_frames == 0 and ours.over_limit == 0 and ours.closest > 0

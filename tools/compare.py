@@ -39,7 +39,7 @@ def main() -> None:
         for name in pictures:
             keep(OUT / scene / name, f"compare-{scene}-{Path(name).stem}", widest=1100)
     out = OUT / "contact"
-    command = [TAUT, "compare", "--contact", "--out", out, "--threads", "1", "--no-film", "--overwrite"]
+    command = [TAUT, "compare", "--contact", "--out", out, "--threads", "1", "--overwrite"]
     subprocess.run(command, check=True, cwd=ROOT)
     rewrite(CONTACT, "contact", tables((out / "compare.md").read_text()))
     for name in SHOWN_OF_CONTACT:

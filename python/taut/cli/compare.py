@@ -54,7 +54,10 @@ def command(
         str,
         typer.Option(help="With --contact and no scene: some of ball, heap, layers, twist, or all."),
     ] = "all",
-    film: Annotated[bool, typer.Option(help="Make the side-by-side film.")] = True,
+    film: Annotated[
+        bool | None,
+        typer.Option(help="Make the side-by-side film; default: yes, with --contact no.", show_default=False),
+    ] = None,
     threads: Annotated[int | None, typer.Option(min=1, max=1024, help="Default: all cores.")] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an earlier comparison that is there.")
@@ -91,12 +94,12 @@ def command(
         try:
             if contact:
                 chosen = _scenes(scenes, changed, scene, settings or [])
-                found = compare_contact(chosen, _methods(methods), out, conditions, film, overwrite)
+                found = compare_contact(chosen, _methods(methods), out, conditions, bool(film), overwrite)
             else:
                 assert changed is not None
                 own = [changed.document["solver"]["integrator"]]
                 pairs = choose(_list(filters), own if integrators is None else _list(integrators))
-                options = Options(conditions, budget if equal_stretch else None, film, overwrite)
+                options = Options(conditions, budget if equal_stretch else None, film is not False, overwrite)
                 found = compare(changed, pairs, out, options)
         except KeyboardInterrupt:
             raise fail(f"stopped; {out} was not written", STOPPED) from None

@@ -52,7 +52,7 @@ def compare_contact(
     methods: Sequence[Method],
     out: str | Path,
     conditions: Conditions | None = None,
-    film: bool = True,
+    film: bool = False,
     overwrite: bool = False,
 ) -> Found:
     """Run scenes with ways to handle contact, and write what was found to a folder.

@@ -52,6 +52,8 @@ class Filtered(Simulation):
         self.places: Numbers = np.concatenate([self.exact_positions, surface_points(self.guide)])
         """Where all vertices of cloths and of the triangles of bodies are [m]: in double precision, in which
         gaps are not lost that single precision does not tell from nothing."""
+        self.proposed: Numbers = self.places
+        """Where they would have gone in the last step without contact [m]."""
         self.outcomes: list[Outcome] = []
         """What the method made of each step of the last call of :meth:`step`."""
         documents = scene.document["cloth"]
@@ -72,6 +74,7 @@ class Filtered(Simulation):
         proposed = self.places.copy()
         proposed[:vertices] += self.exact_positions - before
         proposed[vertices:] = surface_points(self.guide)
+        self.proposed = proposed
         outcome = self._resolve(Step(self.world, self.places, proposed, dt, self._stiffness))
         self.outcomes.append(outcome)
         self.places = outcome.end

@@ -32,6 +32,8 @@ class Moment:
     """Least distance over the thickness [1], 1 at most."""
     worst_stretch: float
     """Of the structural and shear springs [1]."""
+    worst_before_contact: float
+    """The same where the last step would have gone without contact [1]: what the strain limit left."""
     over_limit: float
     """Share of these over their limit [1]."""
     energy: float
@@ -60,6 +62,8 @@ class Figures:
     """Least distance of all frames over the thickness [1], 1 at most; 0 where something crosses."""
     worst_stretch: float
     """Of any spring in any frame [1]."""
+    worst_before_contact: float | None
+    """The same before contact changed steps [1]: what the strain limit left; nothing for the engine's own."""
     over_limit: float
     """Share of springs and frames over their limit [1]."""
     energy_gained: float | None
@@ -120,20 +124,25 @@ class Watched:
         outcomes = simulation.outcomes if isinstance(simulation, Filtered) else []
         places = self._places()
         seen = self._judge.look(places)
-        ways = places[self._springs[:, 1]] - places[self._springs[:, 0]]
-        stretch = np.linalg.norm(ways, axis=1) / self._rest - 1.0
+        stretch = self._stretch(places)
+        before = self._stretch(simulation.proposed) if isinstance(simulation, Filtered) else stretch
         return Moment(
             time=simulation.time,
             crossings=seen.crossings,
             inside=seen.inside,
             closest=seen.closest,
             worst_stretch=float(stretch.max(initial=0.0)),
+            worst_before_contact=float(before.max(initial=0.0)),
             over_limit=float((stretch > self._limit + OVER).mean()) if len(stretch) else 0.0,
             energy=self._energy(),
             rigid=max((outcome.rigid for outcome in outcomes), default=0),
             rounds=sum(outcome.rounds for outcome in outcomes),
             unclear=sum(not outcome.clear for outcome in outcomes),
         )
+
+    def _stretch(self, places: Numbers) -> Numbers:
+        ways = places[self._springs[:, 1]] - places[self._springs[:, 0]]
+        return np.asarray(np.linalg.norm(ways, axis=1) / self._rest - 1.0)
 
     def _places(self) -> Numbers:
         if isinstance(self.simulation, Filtered):
@@ -200,6 +209,9 @@ def summed(
         first_intersection=bad[0].time if bad else None,
         closest=min(moment.closest if moment not in bad else 0.0 for moment in moments),
         worst_stretch=max(moment.worst_stretch for moment in moments),
+        worst_before_contact=(
+            None if method.resolve is None else max(one.worst_before_contact for one in moments)
+        ),
         over_limit=float(np.mean([moment.over_limit for moment in moments])),
         energy_gained=None if no_energy(scene) else float((energy - np.minimum.accumulate(energy)).max()),
         rigid=max(moment.rigid for moment in moments) / len(simulation.mass),

@@ -26,7 +26,8 @@ def tables(found: Found) -> list[str]:
 
 
 def _table(scene: SceneFound) -> list[str]:
-    head = ["method", "steps", "frames that intersect", "closest", "worst stretch", "over the limit"]
+    head = ["method", "steps", "frames that intersect", "closest", "worst stretch", "before contact"]
+    head += ["over the limit"]
     head += [] if scene.no_energy else ["energy gained"]
     head += ["rigid", "rounds a step", "ms a frame"]
     return grid(head, [[f"`{run.method}`", *_cells(scene, run)] for run in scene.runs])
@@ -37,7 +38,9 @@ def _cells(scene: SceneFound, run: Run) -> list[str]:
     first = figures.first_intersection
     since = "" if first is None else f", first at {first:.2f} s"
     cells = [str(figures.steps_per_frame), f"{figures.intersecting_frames} of {figures.frames}{since}"]
-    cells += [closeness(figures.closest), percent(figures.worst_stretch), percent(figures.over_limit)]
+    cells += [closeness(figures.closest), percent(figures.worst_stretch)]
+    before = figures.worst_before_contact
+    cells += ["–" if before is None else percent(before), percent(figures.over_limit)]
     if not scene.no_energy:
         gained = figures.energy_gained
         cells.append("–" if gained is None else f"{1e3 * gained:.3g} mJ")
