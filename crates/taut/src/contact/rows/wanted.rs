@@ -12,7 +12,8 @@ use super::NONE;
 /// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
 const NEARER: f64 = 0.25;
 /// The same where a point meets an edge or a point: it is over a triangle beside them then, which has a row. One along a line that is
-/// tilted towards where the point goes would hold it up as it slides over an inner edge of what is flat.
+/// tilted towards where the point goes would hold it up as it slides over an inner edge of what is flat. Balls, which touch many places
+/// at once, are no such points.
 const OVER: f64 = 0.02;
 
 /// A row that is wanted.
@@ -115,6 +116,8 @@ pub(super) fn is_near(surfaces: &Surfaces, corners: [u32; 4], split: usize) -> b
 /// Whether no neighbour of either feature is nearer to the other along the normal. Between two points of a link there is nothing but the
 /// link, whatever else both are tied to.
 fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: &Closest, split: usize, normal: DVec3) -> bool {
+    let is_thick =
+        [corners[0], corners[split]].iter().any(|&corner| surfaces.skins[surfaces.owners[corner as usize] as usize].radius > 0.0);
     let [one, other] = [0..split, split..4].map(|range| range.filter(|&end| closest.parts[end] != 0.0).count());
     let side = |range: std::ops::Range<usize>, opposite: usize, toward: DVec3| {
         let counts = range.filter(|&end| closest.parts[end] != 0.0);
@@ -125,7 +128,7 @@ fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: 
             count += 1;
             point += places.x[corners[end] as usize] * closest.parts[end].abs();
         }
-        let part = if opposite == 1 { OVER } else { NEARER };
+        let part = if opposite == 1 && !is_thick { OVER } else { NEARER };
         let is_nearer = |vertex: u32| {
             let way = places.x[vertex as usize] - point;
             toward.dot(way) > part * way.length()
