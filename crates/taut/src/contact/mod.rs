@@ -89,9 +89,8 @@ impl Contact {
     }
 
     /// Takes where a step starts: particles from the origins of their cloths, vertices of bodies in the world [m].
-    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3], crept: &Vectors) {
+    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3]) {
         fill(&mut self.places.x, model, origins, positions, bodies);
-        self.rows.take_crept(crept);
     }
 
     /// Takes where it ends.
@@ -148,11 +147,6 @@ impl Contact {
         watch.times.detection += detected - start;
         cuts.find(surfaces, places, detection, pool);
         watch.times.certificate += watch.now() - detected;
-    }
-
-    /// Tells how far particles have crept along what they stick to, as the step ends.
-    pub fn tell_crept(&mut self, crept: &mut Vectors) {
-        self.rows.tell_crept(&self.places, crept);
     }
 
     /// What pushed cloth in the last step.

@@ -13,7 +13,7 @@ use super::NONE;
 const NEARER: f64 = 0.25;
 /// The same where a point meets an edge or a point: it is over a triangle beside them then, which has a row. One along a line that is
 /// tilted towards where the point goes would hold it up as it slides over an inner edge of what is flat. Balls, which touch many places
-/// at once, are no such points.
+/// at once, are no such points, and of what is joined by few edges the triangle beside may have the point as a corner.
 const OVER: f64 = 0.02;
 
 /// A row that is wanted.
@@ -70,7 +70,9 @@ impl Wanted {
         let target = target(thickness, distance);
         let carried = carried(surfaces, places, owners, normal);
         let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, target, carried };
-        is_nearest(surfaces, places, corners, &closest, split, normal).then_some(wanted)
+        let is_thick = owners.iter().any(|&owner| surfaces.skins[owner as usize].radius > 0.0);
+        let over = if is_thick || are_near { NEARER } else { OVER };
+        is_nearest(surfaces, places, corners, &closest, split, normal, over).then_some(wanted)
     }
 }
 
@@ -115,9 +117,15 @@ pub(super) fn is_near(surfaces: &Surfaces, corners: [u32; 4], split: usize) -> b
 
 /// Whether no neighbour of either feature is nearer to the other along the normal. Between two points of a link there is nothing but the
 /// link, whatever else both are tied to.
-fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: &Closest, split: usize, normal: DVec3) -> bool {
-    let is_thick =
-        [corners[0], corners[split]].iter().any(|&corner| surfaces.skins[surfaces.owners[corner as usize] as usize].radius > 0.0);
+fn is_nearest(
+    surfaces: &Surfaces,
+    places: &Places,
+    corners: [u32; 4],
+    closest: &Closest,
+    split: usize,
+    normal: DVec3,
+    over: f64,
+) -> bool {
     let [one, other] = [0..split, split..4].map(|range| range.filter(|&end| closest.parts[end] != 0.0).count());
     let side = |range: std::ops::Range<usize>, opposite: usize, toward: DVec3| {
         let counts = range.filter(|&end| closest.parts[end] != 0.0);
@@ -128,7 +136,7 @@ fn is_nearest(surfaces: &Surfaces, places: &Places, corners: [u32; 4], closest: 
             count += 1;
             point += places.x[corners[end] as usize] * closest.parts[end].abs();
         }
-        let part = if opposite == 1 && !is_thick { OVER } else { NEARER };
+        let part = if opposite == 1 { over } else { NEARER };
         let is_nearer = |vertex: u32| {
             let way = places.x[vertex as usize] - point;
             toward.dot(way) > part * way.length()

@@ -117,8 +117,9 @@ impl Touch {
             }
             self.descents.push(descent);
         }
-        self.where_is.load(&state.positions, ends); // 1
-        self.contact.start(model, &state.origins, &state.positions, &state.bodies, &state.crept);
+        self.where_is.load(&state.positions, ends);
+        // 1
+        self.contact.start(model, &state.origins, &state.positions, &state.bodies);
         limited.penetrations = self.contact.untangle(state.may_cross, stride.plan.length) as u32;
         state.may_cross = limited.penetrations > 0;
         for particle in 0..ends.len() {
@@ -163,7 +164,6 @@ impl Touch {
             limited.lost_motion = limited.lost_motion.max(lost);
             break;
         }
-        self.contact.tell_crept(&mut state.crept);
         limited.sweeps = self.descents.iter().map(|descent| descent.sweeps).sum();
         limited.closest = Some(self.contact.cuts.closest).filter(|closest| closest.is_finite());
         limited.held_back_bodies = self.held_back_bodies(stride, state);
