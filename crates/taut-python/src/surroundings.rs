@@ -2,7 +2,7 @@
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use taut::step::{Moment, touches};
+use taut::step::{Waypoint, touches};
 
 use crate::checks::below;
 use crate::engine::Engine;
@@ -51,13 +51,13 @@ impl Engine {
     }
 
     fn trace<'py>(&self, py: Python<'py>) -> PyResult<Option<Vec<Bound<'py, PyArray2<f64>>>>> {
-        let moments = self.running.with(py, |running| running.work.trace().map(<[_]>::to_vec))?;
+        let points = self.running.with(py, |running| running.work.trace().map(<[_]>::to_vec))?;
         let numbering = &self.model.numbering;
-        let rows = |moment: Moment| {
-            let vertices = (0..moment.particles.len()).map(|vertex| moment.particles[numbering.particle(vertex as u32) as usize]);
-            let all = vertices.chain(moment.bodies.iter().copied());
+        let rows = |point: Waypoint| {
+            let vertices = (0..point.particles.len()).map(|vertex| point.particles[numbering.particle(vertex as u32) as usize]);
+            let all = vertices.chain(point.bodies.iter().copied());
             arrays::rows_of(PyArray1::from_iter(py, all.flat_map(|place| place.to_array())), 3)
         };
-        Ok(moments.map(|moments| moments.into_iter().map(rows).collect()))
+        Ok(points.map(|points| points.into_iter().map(rows).collect()))
     }
 }

@@ -40,13 +40,13 @@ pub struct Work {
     before_part: State,
     pub(crate) before: State,
     /// Where each part of the last steps ended, if that is asked for.
-    trace: Option<Vec<Moment>>,
+    trace: Option<Vec<Waypoint>>,
     clock: Option<fn() -> f64>,
 }
 
 /// Where everything is at the end of a part of a step.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Moment {
+pub struct Waypoint {
     /// Of all particles, in the world [m].
     pub particles: Vec<DVec3>,
     /// Of the vertices of all bodies [m].
@@ -109,7 +109,7 @@ impl Work {
     /// Where the parts of the steps since [`Self::keep_trace`] or the last call that took several began have ended, in their order;
     /// none where that was not asked for.
     #[must_use]
-    pub fn trace(&self) -> Option<&[Moment]> {
+    pub fn trace(&self) -> Option<&[Waypoint]> {
         self.trace.as_deref()
     }
 
@@ -217,7 +217,7 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
         }
         parts.take(was_cut);
         if let Some(trace) = &mut work.trace {
-            trace.push(Moment { particles: state.places(model), bodies: state.bodies.clone() });
+            trace.push(Waypoint { particles: state.places(model), bodies: state.bodies.clone() });
         }
         all = Some(all.map_or(report, |all| all.and(report)));
     }

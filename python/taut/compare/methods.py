@@ -7,7 +7,7 @@ from functools import cache
 from typing import Literal
 
 from taut import _taut
-from taut.errors import CompareError, did_you_mean
+from taut.compare.names import chosen
 from taut.scene import Scene
 
 
@@ -47,19 +47,9 @@ def choose(filters: Sequence[str], integrators: Sequence[str]) -> list[Method]:
     Raises:
         CompareError: a name is unknown, or there is none.
     """
-    chosen = _names("filters", filters, known("FilterKind"))
-    schemes = _names("integrators", integrators, known("IntegratorKind"))
-    return [Method(name, scheme) for scheme in schemes for name in chosen]
-
-
-def _names(option: str, names: Sequence[str], allowed: tuple[str, ...]) -> list[str]:
-    if not names:
-        raise CompareError(f"{option} is empty: name some of {', '.join(allowed)}, or all")
-    for name in names:
-        if name not in (*allowed, "all"):
-            near = did_you_mean(name, allowed)
-            raise CompareError(f"{option} = {name!r}: must be some of {', '.join(allowed)}, or all{near}")
-    return list(allowed) if "all" in names else list(dict.fromkeys(names))
+    kinds = chosen("filters", filters, known("FilterKind"))
+    schemes = chosen("integrators", integrators, known("IntegratorKind"))
+    return [Method(kind, scheme) for scheme in schemes for kind in kinds]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from taut import _taut
 from taut.bench import this_machine
@@ -57,11 +57,9 @@ def write_report(found: Comparison, folder: Path, film: bool, watch: Watch) -> N
     size = _panel(len(shown), len(times))
     render_strip(shown, times, folder / "strip.jpg", RenderOptions(size=size))
     pictures.append(Picture("strip.jpg", "The same moments of each, coloured by stretch"))
-    filmed = film and not found.interrupted and _render_film(found, shown, folder / "film.mp4", watch)
+    filmed = film and not found.interrupted and make_film(found, shown, folder / "film.mp4", 720, watch)
     page = markdown(found, pictures, filmed)
-    (folder / "compare.md").write_text(page, encoding="utf-8")
-    text = json.dumps(to_json(found, pictures), indent=2, allow_nan=False)
-    (folder / "compare.json").write_text(text + "\n", encoding="utf-8")
+    write_pages(folder, page, to_json(found, pictures))
 
 
 def _panel(rows: int, columns: int) -> tuple[int, int]:
@@ -78,29 +76,56 @@ def is_ours(name: str) -> bool:
     return name in fixed | plots
 
 
-def _render_film(found: Comparison, shown: Sequence[Frames], out: Path, watch: Watch) -> bool:
-    """Make the film, if it is not interrupted."""
-    side = min(720, _LARGEST_FILM // math.ceil(math.sqrt(len(shown))))
+class Ended(Protocol):
+    """What every comparison has."""
+
+    threads: int
+    interrupted: bool
+
+
+def make_film(found: Ended, shown: Sequence[Frames], out: Path, widest: int, watch: Watch) -> bool:
+    """Make a film of caches side by side, if it is not interrupted.
+
+    Args:
+        found: what is told of an interruption.
+        shown: the caches.
+        out: the film.
+        widest: the most that one of them is wide [pixels].
+        watch: told of the frames.
+    """
+    side = min(widest, _LARGEST_FILM // math.ceil(math.sqrt(len(shown))))
 
     def tell(done: int, total: int) -> None:
         watch(out.name, done, total, "")
 
-    options = RenderOptions(size=(side, side * 9 // 10), progress=tell)
     try:
-        render_film(shown, out, options)
+        render_film(shown, out, RenderOptions(size=(side, side * 9 // 10), progress=tell))
     except KeyboardInterrupt:
         found.interrupted = True
     return not found.interrupted
 
 
-def to_json(found: Comparison, pictures: Sequence[Picture]) -> dict[str, Any]:
-    """The comparison as plain values; what is not defined is null."""
-    document = {
-        "format": FORMAT,
+def head(name: str, found: Ended) -> dict[str, Any]:
+    """How the JSON of a comparison begins: its format, and where it was made."""
+    return {
+        "format": name,
         "version": _taut.__version__,
         "machine": str(this_machine()),
         "threads": found.threads,
         "interrupted": found.interrupted,
+    }
+
+
+def write_pages(folder: Path, page: str, document: dict[str, Any]) -> None:
+    """Write the page and the figures of a comparison."""
+    (folder / "compare.md").write_text(page, encoding="utf-8")
+    text = json.dumps(document, indent=2, allow_nan=False)
+    (folder / "compare.json").write_text(text + "\n", encoding="utf-8")
+
+
+def to_json(found: Comparison, pictures: Sequence[Picture]) -> dict[str, Any]:
+    """The comparison as plain values; what is not defined is null."""
+    document = head(FORMAT, found) | {
         "scene": {
             "title": found.title,
             "vertices": found.vertices,

@@ -7,7 +7,7 @@ from taut.compare.contact.bridson import bridson
 from taut.compare.contact.penalty import penalty
 from taut.compare.contact.provot import provot
 from taut.compare.contact.step import Outcome, Resolve, Step
-from taut.errors import CompareError, did_you_mean
+from taut.compare.names import chosen
 
 OURS = "ours"
 """Name of the engine's own contact."""
@@ -55,11 +55,4 @@ def choose(names: Sequence[str]) -> list[Method]:
     Raises:
         CompareError: a name is unknown, or there is none.
     """
-    if not names:
-        raise CompareError(f"methods is empty: name some of {', '.join(NAMES)}, or all")
-    for name in names:
-        if name not in (*NAMES, "all"):
-            near = did_you_mean(name, NAMES)
-            raise CompareError(f"methods = {name!r}: must be some of {', '.join(NAMES)}, or all{near}")
-    chosen = [one for name in names for one in (USUAL if name == "all" else (name,))]
-    return [_KNOWN[name] for name in dict.fromkeys(chosen)]
+    return [_KNOWN[name] for name in chosen("methods", names, NAMES, USUAL)]

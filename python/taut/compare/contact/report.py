@@ -1,31 +1,25 @@
 """A comparison of contact as a folder: a page in Markdown, the figures in JSON, plots, strips and films."""
 
-import json
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from taut import _taut
-from taut.bench import this_machine
 from taut.cache import Cache
 from taut.compare.contact.comparing import CACHES, Found, SceneFound
 from taut.compare.contact.plots import draw_plot
 from taut.compare.contact.running import Run
 from taut.compare.contact.table import tables
-from taut.compare.report import Picture, finite
+from taut.compare.report import Picture, finite, head, make_film, write_pages
 from taut.compare.running import Watch
-from taut.frames import Frames
-from taut.render import RenderOptions, render_film, render_strip
+from taut.render import RenderOptions, render_strip
 
 FORMAT = "taut-contact-comparison/1"
 """Of the JSON file; the number changes when a name in it changes its meaning or goes."""
 
 _MOMENTS = (0.1, 0.3, 0.5, 0.75, 1.0)
 """Of a strip, as shares of the duration."""
-_LARGEST_FILM = 1200  # pixels wide, or a little more
 _PANEL = (300, 250)
 _MADE = re.compile(r"contact-[\w-]+\.(png|jpg|mp4)")
 
@@ -60,36 +54,15 @@ def write_report(found: Found, folder: Path, film: bool, watch: Watch) -> None:
         render_strip(shown, times, folder / strip.name, RenderOptions(size=_PANEL))
         pictures += [plot, strip]
         name = f"contact-{scene.name}.mp4"
-        if film and not found.interrupted and _render_film(found, shown, folder / name, watch):
+        if film and not found.interrupted and make_film(found, shown, folder / name, 600, watch):
             films.append(Picture(name, f"{scene.title}: all of them side by side"))
     page = markdown(found, pictures, films)
-    (folder / "compare.md").write_text(page, encoding="utf-8")
-    text = json.dumps(to_json(found, [*pictures, *films]), indent=2, allow_nan=False)
-    (folder / "compare.json").write_text(text + "\n", encoding="utf-8")
-
-
-def _render_film(found: Found, shown: Sequence[Frames], out: Path, watch: Watch) -> bool:
-    """Make a film, if it is not interrupted."""
-    side = min(600, _LARGEST_FILM // math.ceil(math.sqrt(len(shown))))
-
-    def tell(done: int, total: int) -> None:
-        watch(out.name, done, total, "")
-
-    try:
-        render_film(shown, out, RenderOptions(size=(side, side * 9 // 10), progress=tell))
-    except KeyboardInterrupt:
-        found.interrupted = True
-    return not found.interrupted
+    write_pages(folder, page, to_json(found, [*pictures, *films]))
 
 
 def to_json(found: Found, pictures: Sequence[Picture]) -> dict[str, Any]:
     """The comparison as plain values; what is not defined is null."""
-    document = {
-        "format": FORMAT,
-        "version": _taut.__version__,
-        "machine": str(this_machine()),
-        "threads": found.threads,
-        "interrupted": found.interrupted,
+    document = head(FORMAT, found) | {
         "scenes": [_scene(scene) for scene in found.scenes],
         "pictures": [asdict(picture) for picture in pictures],
     }

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from taut.errors import CompareError, did_you_mean
+from taut.compare.names import chosen
 from taut.scene import Scene
 
 Fields = dict[str, Any]
@@ -74,11 +74,4 @@ def built_in(names: Sequence[str] = ("all",), settings: Sequence[str] = ()) -> d
         CompareError: a name is unknown, or there is none.
         SceneError: a setting is not valid for one of them.
     """
-    if not names:
-        raise CompareError(f"scenes is empty: name some of {', '.join(NAMES)}, or all")
-    for name in names:
-        if name not in (*NAMES, "all"):
-            near = did_you_mean(name, NAMES)
-            raise CompareError(f"scenes = {name!r}: must be some of {', '.join(NAMES)}, or all{near}")
-    chosen = [one for name in names for one in (NAMES if name == "all" else (name,))]
-    return {name: Scene(_BUILT[name]()).with_settings(settings) for name in dict.fromkeys(chosen)}
+    return {name: Scene(_BUILT[name]()).with_settings(settings) for name in chosen("scenes", names, NAMES)}
