@@ -130,7 +130,7 @@ impl Contact {
         rows.clear();
         detection.run(surfaces, places, pool);
         tangle.spare(surfaces, &mut detection.pairs);
-        rows.take_pairs(surfaces, places, detection, pool);
+        rows.take_pairs(surfaces, places, detection, tangle.most().is_none(), pool);
         rows.take_planes(surfaces, places);
         rows.take_asked(surfaces, tangle.asked());
         rows.sort();

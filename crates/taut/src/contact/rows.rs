@@ -114,8 +114,8 @@ impl Rows {
         self.weights.clear();
     }
 
-    /// Makes rows of the pairs that are near, or come near along their normal.
-    pub fn take_pairs(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection, pool: &Pool) {
+    /// Makes rows of the pairs that are near, or come near along their normal; `all` says whether none of them is left out.
+    pub fn take_pairs(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection, all: bool, pool: &Pool) {
         let Detection { pairs, ways, .. } = detection;
         let mut parts = std::mem::take(&mut self.parts);
         let count = pairs.len().div_ceil(CHUNK);
@@ -125,7 +125,7 @@ impl Rows {
         for_each_part(&mut parts[..count], pairs.len(), pool, |index, part| {
             part.clear();
             let pairs = pairs[index * CHUNK..].iter().take(CHUNK);
-            part.extend(pairs.filter_map(|&pair| Wanted::of(surfaces, places, ways, pair)));
+            part.extend(pairs.filter_map(|&pair| Wanted::of(surfaces, places, ways, pair, all)));
         });
         for wanted in parts[..count].iter().flatten() {
             self.add(surfaces, wanted);

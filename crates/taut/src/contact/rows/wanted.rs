@@ -13,7 +13,8 @@ use super::NONE;
 const NEARER: f64 = 0.25;
 /// The same where a point meets an edge or a point: it is over a triangle beside them then, which has a row. One along a line that is
 /// tilted towards where the point goes would hold it up as it slides over an inner edge of what is flat. Balls, which touch many places
-/// at once, are no such points, and of what is joined by few edges the triangle beside may have the point as a corner.
+/// at once, are no such points, and of what is joined by few edges the triangle beside may have the point as a corner. Where
+/// things intersect it may be one that brings them apart instead.
 const OVER: f64 = 0.02;
 
 /// A row that is wanted.
@@ -33,8 +34,8 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
-    /// What a pair asks for, if it is near, or comes near.
-    pub fn of(surfaces: &Surfaces, places: &Places, ways: &Ways, pair: Pair) -> Option<Self> {
+    /// What a pair asks for, if it is near, or comes near; `all` says whether all pairs that are may ask.
+    pub fn of(surfaces: &Surfaces, places: &Places, ways: &Ways, pair: Pair, all: bool) -> Option<Self> {
         let Pair { kind, corners } = pair;
         let split = kind.split();
         let owners = surfaces.owners_of(pair);
@@ -71,7 +72,7 @@ impl Wanted {
         let carried = carried(surfaces, places, owners, normal);
         let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, target, carried };
         let is_thick = owners.iter().any(|&owner| surfaces.skins[owner as usize].radius > 0.0);
-        let over = if is_thick || are_near { NEARER } else { OVER };
+        let over = if all && !is_thick && !are_near { OVER } else { NEARER };
         is_nearest(surfaces, places, corners, &closest, split, normal, over).then_some(wanted)
     }
 }
