@@ -54,7 +54,7 @@ def run(folder: Path, out: Path) -> str:
     return failing("run", folder / "flag.toml", "--out", out, "--quiet")
 
 
-@pytest.mark.parametrize("options", ["size=700k", "size=100m,nr_inodes=110"])
+@pytest.mark.parametrize("options", ["size=700k", "size=100m,nr_inodes=130"])
 def test_a_full_disk_is_one_line_and_keeps_the_frames(disk: Disk, tmp_path: Path, options: str) -> None:
     out = disk(options) / "flag.zarr"
     said = run(tmp_path, out)
