@@ -7,6 +7,7 @@ import pytest
 from taut import Scene, Simulation
 from taut.scene import find_scene
 
+from tools.targets.contact.drapes import stage
 from tools.targets.contact.friction import slides
 from tools.targets.contact.judge import Oracle, distance
 from tools.targets.table import FULL
@@ -165,3 +166,18 @@ def test_what_is_wrong_is_seen() -> None:
     crossed[: len(below) // 2, 2] = np.linspace(0.35, 0.45, len(below) // 2)
     simulation.positions = crossed
     assert oracle.look(simulation).intersects
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_cloth_on_a_corner_comes_to_rest_again_when_it_is_shaken(seed: int) -> None:
+    simulation = stage("corner", 35, True).simulation(1)
+    simulation.step(180 * simulation.substeps)
+    shaken = np.random.default_rng(seed).normal(0, 0.2, simulation.velocities.shape)
+    simulation.velocities = simulation.velocities + shaken.astype(np.float32)
+    simulation.step(120 * simulation.substeps)
+    frames = []
+    for _ in range(30):
+        simulation.step(simulation.substeps)
+        frames.append(simulation.exact_positions)
+    jerks = np.linalg.norm(np.diff(frames, 2, axis=0), axis=-1)
+    assert np.sqrt((jerks**2).mean()) < 2e-4

@@ -44,8 +44,10 @@ const MARGIN: f64 = 1.5;
 const MARGIN_OF_EDGES: f64 = 0.7;
 /// What is joined by so few edges that they cannot keep its thickness keeps this part of it [1].
 const NEAR: f64 = 0.2;
-/// What is nearer than its thickness is brought apart by this part of it in a step [1].
-const RECOVERY: f64 = 0.1;
+/// What is nearer than its thickness is brought apart by so many thicknesses a second [1/s], and by no more than this part of it in a step
+/// [1]: it has the velocity with which it goes, so that short steps must not throw it.
+const RECOVERY: f64 = 6.0;
+const MOST_RECOVERED: f64 = 0.1;
 
 /// Where everything starts a step and where it ends [m], from a place near the first cloth: all particles, then all vertices of bodies.
 #[derive(Debug, Default)]
@@ -54,6 +56,15 @@ pub(crate) struct Places {
     pub ends: Vec<DVec3>,
     /// How far each body turns, axis times angle [rad].
     pub turns: Vec<DVec3>,
+    /// What is nearer than its thickness is brought apart by this part of it in the step [1].
+    pub recovery: f64,
+}
+
+impl Places {
+    /// How far the step brings two features apart that start at a distance [m].
+    fn target(&self, thickness: f64, distance: f64) -> f64 {
+        thickness.min(distance + self.recovery * thickness)
+    }
 }
 
 /// Contact of a model, with its workspace.
@@ -78,6 +89,7 @@ impl Contact {
                 x: vec![DVec3::ZERO; all],
                 ends: vec![DVec3::ZERO; all],
                 turns: vec![DVec3::ZERO; model.bodies.list.len()],
+                recovery: MOST_RECOVERED,
             },
             detection: detect::Detection::new(all),
             rows: Rows::new(model, &surfaces),
@@ -88,8 +100,9 @@ impl Contact {
         })
     }
 
-    /// Takes where a step starts: particles from the origins of their cloths, vertices of bodies in the world [m].
-    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3]) {
+    /// Takes where a step of so many seconds starts: particles from the origins of their cloths, vertices of bodies in the world [m].
+    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3], step: f64) {
+        self.places.recovery = MOST_RECOVERED.min(RECOVERY * step);
         fill(&mut self.places.x, model, origins, positions, bodies);
     }
 

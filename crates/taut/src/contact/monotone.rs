@@ -189,7 +189,7 @@ mod tests {
     }
 
     fn places(x: Vec<DVec3>, ends: Vec<DVec3>) -> Places {
-        Places { x, ends, turns: Vec::new() }
+        Places { x, ends, ..Places::default() }
     }
 
     /// How many pairs of neighbouring leaves there are, and how many of them are spared.

@@ -23,7 +23,7 @@ use crate::model::{ClothRange, Model};
 use near::Near;
 pub(crate) use supports::Support;
 pub use touching::Touching;
-use wanted::{Wanted, carried, is_near, target};
+use wanted::{Wanted, carried, is_near};
 
 /// Rows that lack no more than this part of what lies between their target and the floor are as good as kept [1].
 const GOOD: f64 = 0.25;
@@ -150,7 +150,7 @@ impl Rows {
                         owners,
                         normal: plane.normal,
                         distance,
-                        target: target(thickness, distance),
+                        target: places.target(thickness, distance),
                         carried: DVec3::ZERO,
                     };
                     self.add(surfaces, &wanted);
@@ -190,7 +190,7 @@ impl Rows {
             let distance = normal.dot(start) - surfaces.radius(owners);
             let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
             let thickness = surfaces.thickness(owners) * if are_near { NEAR } else { 1.0 };
-            let target = target(thickness, cut.distance);
+            let target = places.target(thickness, cut.distance);
             let carried = carried(surfaces, places, owners, normal);
             self.add(surfaces, &Wanted { corners, parts, split, owners, normal, distance, target, carried });
         }

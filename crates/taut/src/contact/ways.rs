@@ -104,7 +104,7 @@ mod tests {
             let shift = |corner: usize| DVec3::splat(far) + DVec3::X * if corner < kind.split() { apart * size } else { 0.0 };
             let x: Vec<DVec3> = (0..4).map(|corner| DVec3::from(corners[corner]) * size + shift(corner)).collect();
             let ends = x.iter().zip(ways).map(|(x, way)| *x + DVec3::from(way) * 0.3 * size).collect();
-            let places = Places { x, ends, turns: Vec::new() };
+            let places = Places { x, ends, ..Places::default() };
             let mut list = Ways::new(4);
             list.take(&places, 0.0, &mut [Bounds::NOTHING; 4], &Pool::new(1));
             let pair = Pair { kind, corners: [0, 1, 2, 3] };

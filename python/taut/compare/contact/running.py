@@ -150,14 +150,17 @@ class Watched:
         return np.concatenate([self.simulation.exact_positions, surface_points(self._bodies)])
 
     def _energy(self) -> float:
-        """Of velocities that are those of the motion since the last step: so of the middle of that step.
+        """Of velocities at the ends of steps.
 
-        Half a step of fall before its end the potential energy is higher by half of what gravity works in it.
+        Methods in NumPy move by h V: theirs are those of the middle of the last step. Half a step of fall
+        before its end the potential energy is higher by half of what gravity works in it.
         """
         simulation, report = self.simulation, self.simulation.report
-        momentum = simulation.mass.astype(np.float64) @ simulation.velocities.astype(np.float64)
-        half = 0.5 * simulation.step_length * float(momentum @ self._gravity) if simulation.steps else 0.0
-        return report.kinetic_energy + report.elastic_energy + report.potential_energy + half
+        energy = report.kinetic_energy + report.elastic_energy + report.potential_energy
+        if isinstance(simulation, Filtered) and simulation.steps:
+            momentum = simulation.mass.astype(np.float64) @ simulation.velocities.astype(np.float64)
+            energy += 0.5 * simulation.step_length * float(momentum @ self._gravity)
+        return energy
 
 
 def run(method: Method, scene: Scene, label: str, folder: Path, place: str, conditions: Conditions) -> Run:

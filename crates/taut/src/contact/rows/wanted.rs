@@ -6,7 +6,7 @@ use super::super::detect::Pair;
 use super::super::proximity::{Closest, Kind};
 use super::super::surfaces::{Owner, Surfaces};
 use super::super::ways::Ways;
-use super::super::{MARGIN, MARGIN_OF_EDGES, NEAR, Places, RECOVERY};
+use super::super::{MARGIN, MARGIN_OF_EDGES, NEAR, Places};
 use super::NONE;
 
 /// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
@@ -68,7 +68,7 @@ impl Wanted {
         if distance > margin && normal.dot(end) - radius > margin {
             return None;
         }
-        let target = target(thickness, distance);
+        let target = places.target(thickness, distance);
         let carried = carried(surfaces, places, owners, normal);
         let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, target, carried };
         let is_thick = owners.iter().any(|&owner| surfaces.skins[owner as usize].radius > 0.0);
@@ -103,11 +103,6 @@ pub(super) fn carried(surfaces: &Surfaces, places: &Places, owners: [Owner; 2], 
         None => DVec3::ZERO,
     };
     owners.into_iter().map(of).sum()
-}
-
-/// How far a row brings two features apart [m].
-pub(super) fn target(thickness: f64, distance: f64) -> f64 {
-    thickness.min(distance + RECOVERY * thickness)
 }
 
 /// Whether features of one surface are joined by so few edges that they cannot keep its thickness.

@@ -119,7 +119,7 @@ impl Touch {
         }
         self.where_is.load(&state.positions, ends);
         // 1
-        self.contact.start(model, &state.origins, &state.positions, &state.bodies);
+        self.contact.start(model, &state.origins, &state.positions, &state.bodies, stride.plan.length);
         limited.penetrations = self.contact.untangle(state.may_cross, stride.plan.length) as u32;
         state.may_cross = limited.penetrations > 0;
         for particle in 0..ends.len() {

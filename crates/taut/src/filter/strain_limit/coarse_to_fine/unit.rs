@@ -293,18 +293,18 @@ impl Unit {
         rate
     }
 
-    /// Leaves a part of its way out where cloth lies calm on something, of whose proposed energy `left_of_energy` is left, and its ways
+    /// Leaves a part of its way out where cloth lies on something, of whose proposed energy `left_of_energy` is left, and its ways
     /// turn back on each other. Each step is then the mean of staying and of going where the limit and the rows lead; what no
     /// projection brings further apart comes to rest so [Krasnoselskii55], where going all the way it may turn for ever.
     pub fn brake(&self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, left_of_energy: f64, descent: &Descent) {
         let step = stride.plan.length as f32;
-        let calm = descent.frame.filter(|_| left_of_energy < CALM);
-        let brake = calm.map_or(0.0, |frame| {
+        let lying = descent.frame.filter(|_| left_of_energy < LYING);
+        let brake = lying.map_or(0.0, |frame| {
             let onward = self.coherence(stride.model, state, ends, frame, step);
             brake_from_now(descent.brake, onward)
         });
         state.calm[self.index].brake = brake;
-        let Some(frame) = calm.filter(|_| brake > 0.0) else { return };
+        let Some(frame) = lying.filter(|_| brake > 0.0) else { return };
         for particle in self.cloth.particles().filter(|&particle| stride.model.particles.inverse_mass[particle] > 0.0) {
             let end = ends.get(particle);
             let back = (end - state.positions.get(particle) - frame) * -brake;
@@ -390,7 +390,8 @@ fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
     }
 }
 
-/// The part that calm cloth leaves out of a way which goes on as the last one did (1), or back (-1), after `brake` in the last step.
+/// The part that cloth which lies on something leaves out of a way which goes on as the last one did (1), or back (-1), after `brake` in
+/// the last step.
 fn brake_from_now(brake: f32, onward: f64) -> f32 {
     let goes = 1.0 - brake;
     let goes = match onward {
