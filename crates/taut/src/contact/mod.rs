@@ -100,10 +100,12 @@ impl Contact {
         })
     }
 
-    /// Takes where a step of so many seconds starts: particles from the origins of their cloths, vertices of bodies in the world [m].
-    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3], step: f64) {
+    /// Takes where a step of so many seconds starts: particles from the origins of their cloths, vertices of bodies in the world [m]; and
+    /// how far particles have crept.
+    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3], crept: &Vectors, step: f64) {
         self.places.recovery = MOST_RECOVERED.min(RECOVERY * step);
         fill(&mut self.places.x, model, origins, positions, bodies);
+        self.rows.take_crept(crept);
     }
 
     /// Takes where it ends.
@@ -162,9 +164,19 @@ impl Contact {
         watch.times.certificate += watch.now() - detected;
     }
 
+    /// Tells how far particles have crept along what they stick to, as the step ends.
+    pub fn tell_crept(&mut self, crept: &mut Vectors) {
+        self.rows.tell_crept(&self.places, crept);
+    }
+
     /// What pushed cloth in the last step.
     pub fn touching(&self) -> impl Iterator<Item = Touching> {
         self.rows.touching(&self.surfaces, &self.places)
+    }
+
+    /// Whether a body that moves or turns pushes any cloth.
+    pub fn leads(&self) -> bool {
+        self.rows.are_led(&self.surfaces, &self.places)
     }
 
     /// Makes rows of what the last certificate found.

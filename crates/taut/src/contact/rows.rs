@@ -5,6 +5,7 @@
 //! back the tangential displacement `sum_i s_i D_i` of the step by an impulse of at most mu times that of the row, so that what sticks
 //! does so for ever.
 
+mod crept;
 mod near;
 mod supports;
 mod touching;
@@ -20,6 +21,7 @@ use super::untangle::Asked;
 use super::{MARGIN, NEAR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 use crate::model::{ClothRange, Model};
+use crept::Crept;
 use near::Near;
 pub(crate) use supports::Support;
 pub use touching::Touching;
@@ -78,6 +80,7 @@ pub(crate) struct Rows {
     /// What parts of the pairs want.
     parts: Vec<Vec<Wanted>>,
     near: Near,
+    crept: Crept,
 }
 
 impl Rows {
@@ -93,6 +96,7 @@ impl Rows {
             particles: model.particle_count(),
             parts: Vec::new(),
             near: Near::default(),
+            crept: Crept::default(),
         }
     }
 
@@ -225,7 +229,7 @@ impl Rows {
             friction: surfaces.friction(owners) as f32,
             push: 0.0,
             hold: Vec3::ZERO,
-            carried: carried.as_vec3(),
+            carried: carried.as_vec3() + self.crept.along(corners, singles, normal.as_vec3()),
         };
         self.list.push(row);
     }

@@ -42,6 +42,8 @@ pub struct State {
     pub may_cross: bool,
     /// In how many parts contact has steps taken; none where nothing touches.
     pub halving: Option<Halving>,
+    /// How far each particle has crept along what it sticks to, and is to be taken back [m]; empty where nothing can touch.
+    pub crept: Vectors,
 }
 
 /// How calm a cloth is, as its strain limit finds it.
@@ -166,6 +168,7 @@ impl State {
             bodies: model.bodies.rest.clone(),
             may_cross: model.contact.untangles,
             halving: model.contact.is_on.then(Halving::default),
+            crept: Vectors::zeros(if model.contact.is_on { model.particle_count() } else { 0 }),
         }
     }
 
@@ -185,10 +188,10 @@ impl State {
     }
 
     /// What a run needs to go on besides positions and velocities of the motion, a vector for every particle each: V, if it is
-    /// another one, and what a two-step integrator remembers.
+    /// another one, what a two-step integrator remembers, and how far particles have crept where things touch.
     pub fn memory(&self) -> impl Iterator<Item = &Vectors> {
         let own = (!self.motion.is_empty()).then_some(&self.velocities);
-        own.into_iter().chain([&self.past.displacements, &self.past.gains]).filter(|vectors| !vectors.is_empty())
+        own.into_iter().chain([&self.past.displacements, &self.past.gains, &self.crept]).filter(|vectors| !vectors.is_empty())
     }
 
     /// What a run needs besides: how calm each cloth is, and in how many parts steps are taken where things touch.
@@ -205,7 +208,9 @@ impl State {
     /// The vectors of [`Self::memory`], to be filled.
     pub fn memory_mut(&mut self) -> impl Iterator<Item = &mut Vectors> {
         let own = (!self.motion.is_empty()).then_some(&mut self.velocities);
-        own.into_iter().chain([&mut self.past.displacements, &mut self.past.gains]).filter(|vectors| !vectors.is_empty())
+        own.into_iter()
+            .chain([&mut self.past.displacements, &mut self.past.gains, &mut self.crept])
+            .filter(|vectors| !vectors.is_empty())
     }
 
     /// Time since the start [s].
@@ -235,6 +240,7 @@ impl State {
         self.bodies.clone_from(&other.bodies);
         self.may_cross = other.may_cross;
         self.halving = other.halving;
+        self.crept.copy_on(&other.crept, pool);
     }
 
     /// The state with its vectors in the order of the user's vertices.
@@ -252,11 +258,11 @@ impl State {
     fn reordered(&self, order: impl Fn(&Vectors) -> Vectors) -> Self {
         let Past { displacements, gains, length } = &self.past;
         let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
-        let [positions, velocities, motion] = [&self.positions, &self.velocities, &self.motion].map(order);
+        let [positions, velocities, motion, crept] = [&self.positions, &self.velocities, &self.motion, &self.crept].map(order);
         let (origins, calm, offsets) = (self.origins.clone(), self.calm.clone(), self.offsets.clone());
         let (bodies, may_cross) = (self.bodies.clone(), self.may_cross);
         let (clock, halving) = (self.clock, self.halving);
-        Self { origins, positions, velocities, motion, clock, past, calm, offsets, bodies, may_cross, halving }
+        Self { origins, positions, velocities, motion, clock, past, calm, offsets, bodies, may_cross, halving, crept }
     }
 
     /// XXH3 hash of all local positions, then all velocities of the motion and then the memory, if any, of particles and of

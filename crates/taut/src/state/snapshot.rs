@@ -9,15 +9,15 @@ use crate::inputs::{BodyShift, Grips, Target};
 use crate::model::Model;
 use crate::schedule::Halving;
 
-/// First bytes of every snapshot; the last one is the version of the layout.
-const MAGIC: [u8; 8] = *b"TAUTSNP9";
+/// First bytes of every snapshot; the last one is the version of the layout, in base 36.
+const MAGIC: [u8; 8] = *b"TAUTSNPA";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not ours at all.
-    #[error("these bytes are not a taut snapshot (version 9)")]
+    #[error("these bytes are not a taut snapshot (version 10)")]
     NotASnapshot,
     /// Cut short or altered.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -30,7 +30,8 @@ pub enum SnapshotError {
 impl State {
     /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
     /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies, whether
-    /// anything may intersect, in how many parts steps are taken, held particles, hands, moved pins, moved bodies, XXH3 of all these.
+    /// anything may intersect, in how many parts steps are taken, how far particles have crept, held particles, hands, moved pins, moved
+    /// bodies, XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(128 + 36 * self.positions.len() + 24 * self.past.gains.len());
@@ -52,6 +53,9 @@ impl State {
         bytes.push(u8::from(self.may_cross));
         if let Some(Halving { halvings, wait, patience }) = self.halving {
             bytes.extend([halvings, wait, patience].into_iter().flat_map(u32::to_le_bytes));
+        }
+        for column in [&self.crept.x, &self.crept.y, &self.crept.z] {
+            bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
         }
         bytes.extend((grips.particles().len() as u64).to_le_bytes());
         for (particle, Target { place, arrival }) in grips.held() {
@@ -127,6 +131,7 @@ impl Reader<'_> {
             let [halvings, wait, patience] = [self.take()?, self.take()?, self.take()?].map(u32::from_le_bytes);
             *halving = Halving::new(halvings, wait, patience);
         }
+        state.crept = self.vectors(state.crept.len())?;
         let mut grips = Grips::default();
         for _ in 0..self.whole()? {
             let particle = self.particle(count)?;

@@ -24,6 +24,16 @@ pub struct Touching {
 }
 
 impl Rows {
+    /// Whether a body that moves or turns pushes any cloth.
+    pub(in crate::contact) fn are_led(&self, surfaces: &Surfaces, places: &Places) -> bool {
+        let moves = |local: usize| {
+            let vertex = self.vertices[local] as usize;
+            let body = (surfaces.owners[vertex] as usize).checked_sub(surfaces.cloths.len());
+            body.is_some_and(|body| places.turns[body] != DVec3::ZERO || places.ends[vertex] != places.x[vertex])
+        };
+        self.list.iter().filter(|row| row.push > 0.0 && row.give > 0.0).any(|row| row.locals().any(moves))
+    }
+
     /// The rows that pushed in the last step, in their order. Of two cloths the one that the normal points to is told.
     pub(in crate::contact) fn touching<'a>(
         &'a self,

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use pulp::{Simd, WithSimd};
 
 use crate::geometry::{Pool, Vectors, arch, sum_of_chunks};
+use crate::model::Model;
 
 /// Displacements and inverse masses; what has no inverse mass is held, or is no particle at all.
 pub(super) struct Motion<'a> {
@@ -87,4 +88,15 @@ impl WithSimd for Energy<'_> {
         }
         energy
     }
+}
+
+/// Sum of M |D| of all particles of a model [kg m].
+pub(super) fn way_of_all(model: &Model, from: &Vectors, to: &Vectors) -> f64 {
+    let way = |particle: usize| f64::from(model.particles.mass[particle] * (to.get(particle) - from.get(particle)).length());
+    (0..from.len()).map(way).sum()
+}
+
+/// The part of such a sum that is lost [1], of which `all` is the whole.
+pub(super) fn lost(model: &Model, before: &Vectors, after: &Vectors, all: f64) -> f64 {
+    if all > 0.0 { (way_of_all(model, before, after) / all).min(1.0) } else { 0.0 }
 }

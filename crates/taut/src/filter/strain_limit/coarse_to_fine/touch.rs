@@ -10,6 +10,7 @@ use glam::{DVec3, Vec3};
 
 use super::ease;
 use super::joint::Joint;
+use super::motion::{lost, way_of_all};
 use super::unit::{Descent, Unit};
 use crate::contact::{Contact, Obstacle, Rows};
 use crate::filter::Limited;
@@ -119,7 +120,8 @@ impl Touch {
         }
         self.where_is.load(&state.positions, ends);
         // 1
-        self.contact.start(model, &state.origins, &state.positions, &state.bodies, stride.plan.length);
+        let State { origins, positions, bodies, crept, .. } = &*state;
+        self.contact.start(model, origins, positions, bodies, crept, stride.plan.length);
         limited.penetrations = self.contact.untangle(state.may_cross, stride.plan.length) as u32;
         state.may_cross = limited.penetrations > 0;
         for particle in 0..ends.len() {
@@ -164,6 +166,8 @@ impl Touch {
             limited.lost_motion = limited.lost_motion.max(lost);
             break;
         }
+        self.contact.tell_crept(&mut state.crept);
+        units.iter().for_each(|unit| unit.forget_creep(state));
         limited.sweeps = self.descents.iter().map(|descent| descent.sweeps).sum();
         limited.closest = Some(self.contact.cuts.closest).filter(|closest| closest.is_finite());
         limited.held_back_bodies = self.held_back_bodies(stride, state);
@@ -310,8 +314,9 @@ impl Touch {
             }
         }
         self.contact.calm(&mut state.velocities, stride.plan.length);
+        let is_led = touches && self.contact.leads();
         for ((unit, descent), left) in units.iter().zip(&self.descents).zip(&self.left_of_energy) {
-            unit.brake(stride, state, ends, *left, descent);
+            unit.brake(stride, state, ends, *left, is_led, descent);
         }
         if let Some(most) = self.contact.brings_apart() {
             units.iter().for_each(|unit| ease::ease(stride, unit.cloth(), state, &self.proposed, ends, most));
@@ -329,7 +334,7 @@ impl Touch {
     /// Lets what would cross go only a part of its way, and what hangs on it. Returns the part of the motion that was lost [1].
     fn shorten(&mut self, units: &mut [Unit], stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> f64 {
         let (model, step) = (stride.model, stride.plan.length as f32);
-        let all = motion(model, &state.positions, ends);
+        let all = way_of_all(model, &state.positions, ends);
         let before = ends.clone();
         for round in 0..SHORTENED {
             self.contact.cuts.shorten(if round < HALVED { 1.0 } else { 0.5 });
@@ -437,14 +442,4 @@ impl WhereIs {
         rows.sweep();
         rows.scatter(|particle, way| self.shift(units, particle, way));
     }
-}
-
-/// Sum of M |D| [kg m].
-fn motion(model: &Model, from: &Vectors, to: &Vectors) -> f64 {
-    let way = |particle: usize| f64::from(model.particles.mass[particle] * (to.get(particle) - from.get(particle)).length());
-    (0..from.len()).map(way).sum()
-}
-
-fn lost(model: &Model, before: &Vectors, after: &Vectors, all: f64) -> f64 {
-    if all > 0.0 { (motion(model, before, after) / all).min(1.0) } else { 0.0 }
 }
