@@ -44,10 +44,9 @@ const MARGIN: f64 = 1.5;
 const MARGIN_OF_EDGES: f64 = 0.7;
 /// What is joined by so few edges that they cannot keep its thickness keeps this part of it [1].
 const NEAR: f64 = 0.2;
-/// What is nearer than its thickness is brought apart by so many thicknesses a second [1/s], and by no more than this part of it in a step
-/// [1]: it has the velocity with which it goes, so that short steps must not throw it.
-const RECOVERY: f64 = 6.0;
-const MOST_RECOVERED: f64 = 0.1;
+/// What is nearer than its thickness is brought apart by this part of it in an automatic step [1], and by less in a shorter one: it has
+/// the velocity with which it goes, so that short steps must not throw it.
+const RECOVERY: f64 = 0.1;
 
 /// Where everything starts a step and where it ends [m], from a place near the first cloth: all particles, then all vertices of bodies.
 #[derive(Debug, Default)]
@@ -89,7 +88,7 @@ impl Contact {
                 x: vec![DVec3::ZERO; all],
                 ends: vec![DVec3::ZERO; all],
                 turns: vec![DVec3::ZERO; model.bodies.list.len()],
-                recovery: MOST_RECOVERED,
+                recovery: RECOVERY,
             },
             detection: detect::Detection::new(all),
             rows: Rows::new(model, &surfaces),
@@ -100,10 +99,10 @@ impl Contact {
         })
     }
 
-    /// Takes where a step of so many seconds starts: particles from the origins of their cloths, vertices of bodies in the world [m]; and
-    /// how far particles have crept.
-    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3], crept: &Vectors, step: f64) {
-        self.places.recovery = MOST_RECOVERED.min(RECOVERY * step);
+    /// Takes where a step, such a part of an automatic one, starts: particles from the origins of their cloths, vertices of bodies in the world
+    /// [m]; and how far particles have crept.
+    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3], crept: &Vectors, part: f64) {
+        self.places.recovery = RECOVERY * part;
         fill(&mut self.places.x, model, origins, positions, bodies);
         self.rows.take_crept(crept);
     }

@@ -118,10 +118,9 @@ impl Touch {
             }
             self.descents.push(descent);
         }
-        self.where_is.load(&state.positions, ends);
-        // 1
+        self.where_is.load(&state.positions, ends); // 1
         let State { origins, positions, bodies, crept, .. } = &*state;
-        self.contact.start(model, origins, positions, bodies, crept, stride.plan.length);
+        self.contact.start(model, origins, positions, bodies, crept, part_of_automatic(stride));
         limited.penetrations = self.contact.untangle(state.may_cross, stride.plan.length) as u32;
         state.may_cross = limited.penetrations > 0;
         for particle in 0..ends.len() {
@@ -442,4 +441,10 @@ impl WhereIs {
         rows.sweep();
         rows.scatter(|particle, way| self.shift(units, particle, way));
     }
+}
+
+/// The step as a part of the automatic one of a cloth, the least of all cloths and at most 1.
+fn part_of_automatic(Stride { model, plan, .. }: Stride<'_>) -> f64 {
+    let vibrates = model.cloths.iter().filter(|cloth| !cloth.rates.is_empty());
+    vibrates.map(|cloth| plan.of(cloth).relative).fold(1.0, f64::min)
 }
