@@ -49,7 +49,9 @@ def test_a_ball_that_is_sent_pushes_the_cloth_and_waits_where_that_is_taut() -> 
     assert 0.2 < offset < 0.5, "the cloth reaches no further"
     assert middle[2] == pytest.approx(-0.4 + offset)
     contacts = pushed.contacts
-    assert (contacts.normals[:, 2] > 0).all() and contacts.forces.sum() > WEIGHT
+    # Where cloth is that taut it may touch itself, too.
+    by_ball = contacts.bodies == 0
+    assert (contacts.normals[by_ball, 2] > 0).all() and contacts.forces[by_ball].sum() > WEIGHT
 
 
 def test_a_body_off_its_path_goes_on_with_it() -> None:
