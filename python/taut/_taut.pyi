@@ -54,6 +54,8 @@ class Report(TypedDict):
     """Times that the certificate had to shorten the step of a cloth to keep its limit."""
     held_back_pins: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow."""
+    pinched: int
+    """Rows of contact that shared too little room, summed over the steps."""
     held_back_bodies: int
     """Bodies that ended behind their paths, summed over the steps."""
     lost_motion: float

@@ -36,6 +36,9 @@ class Report:
     """Times that the certificate had to shorten the step of a cloth to keep its limit [1]."""
     held_back_pins: int
     """Those of them in which pins had to wait: they moved apart further than the cloth could follow [1]."""
+    pinched: int
+    """Rows of contact that shared too little room, since what they keep apart was pressed from two sides;
+    summed over the steps [1]. There skins and thicknesses give way."""
     held_back_bodies: int
     """Bodies that ended behind their paths, since cloth was pressed between them and something else; summed
     over the steps [1]."""

@@ -21,6 +21,7 @@ pub fn report<'py>(py: Python<'py>, summary: &Summary, time: f64) -> PyResult<Bo
     report.set_item("sweeps", summary.sweeps)?;
     report.set_item("cuts", summary.cuts)?;
     report.set_item("held_back_pins", summary.held_back_pins)?;
+    report.set_item("pinched", summary.pinched)?;
     report.set_item("held_back_bodies", summary.held_back_bodies)?;
     report.set_item("lost_motion", summary.lost_motion)?;
     report.set_item("mean_lost_motion", summary.mean_lost_motion)?;

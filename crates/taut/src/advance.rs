@@ -44,6 +44,8 @@ pub struct Summary {
     pub contact_cuts: u64,
     /// Steps that contact had taken in halves, quarters or eighths.
     pub halved_steps: u64,
+    /// Rows of contact that shared too little room, as what they keep apart was pressed from two sides; summed over the steps.
+    pub pinched: u64,
     /// Bodies that ended behind their paths, since what is pressed between them and other things could not go out of their way; summed
     /// over the steps.
     pub held_back_bodies: u64,
@@ -173,6 +175,7 @@ impl Summary {
         self.sweeps += u64::from(report.limited.sweeps);
         self.cuts += u64::from(report.limited.cuts);
         self.held_back_pins += u64::from(report.limited.held_back_pins);
+        self.pinched += u64::from(report.limited.pinched);
         self.held_back_bodies += u64::from(report.limited.held_back_bodies);
         self.repaired_momentum += report.repaired;
         self.times = self.times.and(report.times);

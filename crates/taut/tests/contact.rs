@@ -344,3 +344,40 @@ fn a_body_that_presses_cloth_onto_another_is_held_back_and_told() {
         assert!(bottom > 0.0, "the cloth is between the box and the floor: {bottom}");
     }
 }
+
+#[test]
+fn what_is_pinched_stays_in_the_middle_and_is_not_thrown() {
+    // Two boxes close on a sheet that hangs between them: until half of its thicknesses is left, and until they would overlap by 2 cm.
+    for (left, is_held_back) in [(0.002, false), (-0.02, true)] {
+        let close = |side: f64| {
+            let way = [0.0, -side * (0.1 - left / 2.0), 0.0];
+            json!({
+                "box": { "center": [0.0, 0.15 * side, 0.0], "size": [0.2, 0.1, 0.2] }, "thickness": 0.001, "friction": 0.3,
+                "move": [[0.2, [0, 0, 0]], [0.7, way], [1.2, way], [1.7, [0, 0, 0]]],
+            })
+        };
+        let mesh = sheet(16, |u, v| DVec3::new(0.5 * u - 0.25, 0.0, 0.5 * v - 0.25));
+        let mut of_cloth = cloth();
+        of_cloth["thickness"] = json!(0.002);
+        of_cloth["pins"] = json!([{ "box": [[-1.0, -1.0, 0.2499], [1.0, 1.0, 1.0]] }]);
+        let mut sheet = simulation(json!({ "body": [close(1.0), close(-1.0)] }), of_cloth, mesh);
+        run(&mut sheet, 45, |_| ());
+        let (mut furthest, mut cuts) = (0.0_f64, 0);
+        for _ in 0..25 {
+            let before = places(&sheet);
+            let report = sheet.steps(sheet.model.schedule.substeps.into());
+            cuts += report.contact_cuts;
+            assert!(report.pinched > 0);
+            assert_eq!(report.held_back_bodies > 0, is_held_back, "{report:?}");
+            furthest = before.iter().zip(places(&sheet)).map(|(from, to)| from.distance(to)).fold(furthest, f64::max);
+        }
+        assert!(furthest < 0.005, "goes by {furthest} m in a frame");
+        let middle = places(&sheet).into_iter().filter(|place| place.x.abs() < 0.095 && place.z.abs() < 0.095);
+        let aside = middle.map(|place| place.y.abs()).fold(0.0, f64::max);
+        assert!(aside < if is_held_back { 0.002 } else { 1e-4 }, "{aside} m from the middle");
+        assert!(is_held_back || cuts == 0, "{cuts} cuts");
+        run(&mut sheet, 40, |_| ());
+        let report = sheet.steps(1);
+        assert_eq!((report.held_back_bodies, report.pinched), (0, 0), "on their paths again");
+    }
+}

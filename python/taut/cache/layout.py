@@ -69,6 +69,7 @@ DIAGNOSTICS: dict[str, str] = {
     "sweeps": "int64",
     "cuts": "int32",
     "held_back_pins": "int32",
+    "pinched": "int64",
     "held_back_bodies": "int32",
     "lost_motion": "float64",
     "mean_lost_motion": "float64",
@@ -92,6 +93,7 @@ The ones whose names end in ``ms`` are wall-clock times [ms]; in all others a ru
 when it is repeated."""
 
 ADDED: dict[str, float] = {
+    "pinched": 0,
     "held_back_bodies": 0,
     "contacts": 0,
     "contact_cuts": 0,

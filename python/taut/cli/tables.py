@@ -141,9 +141,10 @@ def _contact(summary: Summary) -> str:
     steps = max(1, (summary.frames - 1) * summary.substeps)
     nearest = f", {1e3 * summary.closest:.3g} mm at the nearest" if math.isfinite(summary.closest) else ""
     cuts = f"{summary.halved_steps} of {steps} steps in parts, {summary.contact_cuts} shortened"
+    pinched = f", {summary.pinched / steps:.3g} of them pinched" if summary.pinched else ""
     held = f", bodies held back {summary.held_back_bodies} times" if summary.held_back_bodies else ""
     left = f", {summary.penetrations} places still intersect" if summary.penetrations else ""
-    return f"{summary.contacts / steps:.0f} pairs a step{nearest}, {cuts}{held}{left}"
+    return f"{summary.contacts / steps:.0f} pairs a step{pinched}{nearest}, {cuts}{held}{left}"
 
 
 def _phases(summary: Summary) -> str:

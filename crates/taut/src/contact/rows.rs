@@ -7,6 +7,7 @@
 
 mod crept;
 mod near;
+mod pinched;
 mod supports;
 mod touching;
 mod wanted;
@@ -23,6 +24,7 @@ use crate::geometry::{CHUNK, Pool, for_each_part};
 use crate::model::{ClothRange, Model};
 use crept::Crept;
 use near::Near;
+use pinched::Pinched;
 pub(crate) use supports::Support;
 pub use touching::Touching;
 use wanted::{Wanted, carried, is_near};
@@ -44,6 +46,10 @@ struct Row {
     gap: f32,
     /// So much below that a row is good [m].
     slack: f32,
+    /// The distance at X [m], the one that thicknesses ask for, and the one that the certificate does.
+    distance: f32,
+    thickness: f32,
+    floor: f32,
     /// 1 / sum of parts^2 / M [kg]; nothing if all is held.
     give: f32,
     friction: f32,
@@ -79,6 +85,7 @@ pub(crate) struct Rows {
     particles: usize,
     /// What parts of the pairs want.
     parts: Vec<Vec<Wanted>>,
+    pinched: Pinched,
     near: Near,
     crept: Crept,
 }
@@ -95,6 +102,7 @@ impl Rows {
             all_weights: surfaces.weights.clone(),
             particles: model.particle_count(),
             parts: Vec::new(),
+            pinched: Pinched::default(),
             near: Near::default(),
             crept: Crept::default(),
         }
@@ -113,6 +121,7 @@ impl Rows {
             self.locals[vertex as usize] = NONE;
         }
         self.list.clear();
+        self.pinched.any = false;
         self.d.clear();
         self.before.clear();
         self.weights.clear();
@@ -154,6 +163,7 @@ impl Rows {
                         owners,
                         normal: plane.normal,
                         distance,
+                        thickness,
                         target: places.target(thickness, distance),
                         carried: DVec3::ZERO,
                     };
@@ -167,7 +177,9 @@ impl Rows {
     pub fn take_asked(&mut self, surfaces: &Surfaces, list: &[Asked]) {
         for &Asked { corners, parts, split, normal, push } in list {
             let owners = [corners[0], corners[split]].map(|corner| surfaces.owners[corner as usize]);
-            let wanted = Wanted { corners, parts, split, owners, normal, distance: 0.0, target: push, carried: DVec3::ZERO };
+            let thickness = surfaces.thickness(owners);
+            let (distance, target, carried) = (0.0, push, DVec3::ZERO);
+            let wanted = Wanted { corners, parts, split, owners, normal, distance, thickness, target, carried };
             self.add(surfaces, &wanted);
             self.list.last_mut().into_iter().for_each(|row| row.friction = 0.0);
         }
@@ -196,13 +208,13 @@ impl Rows {
             let thickness = surfaces.thickness(owners) * if are_near { NEAR } else { 1.0 };
             let target = places.target(thickness, cut.distance);
             let carried = carried(surfaces, places, owners, normal);
-            self.add(surfaces, &Wanted { corners, parts, split, owners, normal, distance, target, carried });
+            self.add(surfaces, &Wanted { corners, parts, split, owners, normal, distance, thickness, target, carried });
         }
     }
 
     fn add(&mut self, surfaces: &Surfaces, wanted: &Wanted) {
-        let Wanted { corners, parts, split, owners, normal, distance, target, carried } = *wanted;
-        let thickness = surfaces.thickness(owners);
+        let Wanted { corners, parts, split, owners, normal, distance, thickness, target, carried } = *wanted;
+        let floor = floor(surfaces.thickness(owners), distance.max(0.0));
         let (mut key, mut ends, mut singles) = ([[NONE; 3]; 2], [0; 4], [0.0; 4]);
         let mut counts = [0; 2];
         for end in 0..4 {
@@ -224,7 +236,10 @@ impl Rows {
             parts: singles,
             normal: normal.as_vec3(),
             gap: (distance - target) as f32,
-            slack: (GOOD * (target - floor(thickness, distance.max(0.0)))) as f32,
+            slack: (GOOD * (target - floor)) as f32,
+            distance: distance as f32,
+            thickness: thickness as f32,
+            floor: floor as f32,
             give: if weight > 0.0 { 1.0 / weight } else { 0.0 },
             friction: surfaces.friction(owners) as f32,
             push: 0.0,

@@ -31,6 +31,8 @@ pub struct Limited {
     pub contacts: u32,
     /// Whether the step was shortened where something would have crossed something else.
     pub contact_cuts: u32,
+    /// Rows of contact that shared too little room, as what they keep apart is pressed from two sides.
+    pub pinched: u32,
     /// Bodies that end behind their paths, since what is pressed between them and other things cannot go out of their way.
     pub held_back_bodies: u32,
     /// The least distance at the start of the step of what touches [m]; none if nothing is near.
@@ -50,6 +52,7 @@ impl Limited {
             lost_motion: self.lost_motion.max(other.lost_motion),
             contacts: self.contacts + other.contacts,
             contact_cuts: self.contact_cuts + other.contact_cuts,
+            pinched: self.pinched + other.pinched,
             held_back_bodies: self.held_back_bodies + other.held_back_bodies,
             closest: [self.closest, other.closest].into_iter().flatten().reduce(f64::min),
             penetrations: self.penetrations.max(other.penetrations),

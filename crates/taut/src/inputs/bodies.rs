@@ -100,6 +100,12 @@ impl BodyPaths {
         !self.shifts.is_empty() || (0..self.paths.len()).any(|body| self.moves(body))
     }
 
+    /// Whether the vertices of a body move each for itself.
+    #[must_use]
+    pub fn deforms(&self, body: usize) -> bool {
+        matches!(self.paths[body], Path::Followed(..))
+    }
+
     /// Whether a body ever moves by itself.
     #[must_use]
     pub fn moves(&self, body: usize) -> bool {

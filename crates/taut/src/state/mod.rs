@@ -37,6 +37,9 @@ pub struct State {
     pub offsets: Vec<Offset>,
     /// Where the vertices of bodies are, in the world [m].
     pub bodies: Vec<DVec3>,
+    /// How far each body that cloth has held back comes nearer to its path in the next step at most [m]; below zero it waits, zero where it
+    /// is free. Empty where nothing can touch.
+    pub paces: Vec<f32>,
     /// Whether anything may intersect, and steps look for it: from a start, or from a state from elsewhere, until a step finds nothing.
     /// Where nothing does, it makes no difference but time.
     pub may_cross: bool,
@@ -166,6 +169,7 @@ impl State {
             calm,
             offsets,
             bodies: model.bodies.rest.clone(),
+            paces: vec![0.0; if model.contact.is_on { model.bodies.list.len() } else { 0 }],
             may_cross: model.contact.untangles,
             halving: model.contact.is_on.then(Halving::default),
             crept: Vectors::zeros(if model.contact.is_on { model.particle_count() } else { 0 }),
@@ -194,15 +198,18 @@ impl State {
         own.into_iter().chain([&self.past.displacements, &self.past.gains, &self.crept]).filter(|vectors| !vectors.is_empty())
     }
 
-    /// What a run needs besides: how calm each cloth is, and in how many parts steps are taken where things touch.
+    /// What a run needs besides: how calm each cloth is, and where things touch in how many parts steps are taken, and how bodies come
+    /// back to their paths.
     pub fn memory_of_steps(&self) -> impl Iterator<Item = Vec3> {
-        self.calm.iter().map(|calm| calm.to_vector()).chain(self.halving.map(Halving::to_vector))
+        let calm = self.calm.iter().map(|calm| calm.to_vector());
+        calm.chain(self.halving.map(Halving::to_vector)).chain(self.paces.iter().map(|&pace| Vec3::X * pace))
     }
 
     /// Takes what [`Self::memory_of_steps`] told.
     pub fn recall_steps(&mut self, mut memory: impl Iterator<Item = Vec3>) {
         self.calm.iter_mut().zip(&mut memory).for_each(|(calm, vector)| *calm = Calm::from_vector(vector));
-        self.halving.iter_mut().zip(memory).for_each(|(halving, vector)| *halving = Halving::from_vector(vector));
+        self.halving.iter_mut().zip(&mut memory).for_each(|(halving, vector)| *halving = Halving::from_vector(vector));
+        self.paces.iter_mut().zip(memory).for_each(|(pace, vector)| *pace = if vector.x.is_finite() { vector.x } else { 0.0 });
     }
 
     /// The vectors of [`Self::memory`], to be filled.
@@ -238,6 +245,7 @@ impl State {
         self.calm.clone_from(&other.calm);
         self.offsets.clone_from(&other.offsets);
         self.bodies.clone_from(&other.bodies);
+        self.paces.clone_from(&other.paces);
         self.may_cross = other.may_cross;
         self.halving = other.halving;
         self.crept.copy_on(&other.crept, pool);
@@ -260,9 +268,9 @@ impl State {
         let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
         let [positions, velocities, motion, crept] = [&self.positions, &self.velocities, &self.motion, &self.crept].map(order);
         let (origins, calm, offsets) = (self.origins.clone(), self.calm.clone(), self.offsets.clone());
-        let (bodies, may_cross) = (self.bodies.clone(), self.may_cross);
+        let (bodies, paces, may_cross) = (self.bodies.clone(), self.paces.clone(), self.may_cross);
         let (clock, halving) = (self.clock, self.halving);
-        Self { origins, positions, velocities, motion, clock, past, calm, offsets, bodies, may_cross, halving, crept }
+        Self { origins, positions, velocities, motion, clock, past, calm, offsets, bodies, paces, may_cross, halving, crept }
     }
 
     /// XXH3 hash of all local positions, then all velocities of the motion and then the memory, if any, of particles and of

@@ -10,14 +10,14 @@ use crate::model::Model;
 use crate::schedule::Halving;
 
 /// First bytes of every snapshot; the last one is the version of the layout, in base 36.
-const MAGIC: [u8; 8] = *b"TAUTSNPA";
+const MAGIC: [u8; 8] = *b"TAUTSNPB";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not ours at all.
-    #[error("these bytes are not a taut snapshot (version 10)")]
+    #[error("these bytes are not a taut snapshot (version 11)")]
     NotASnapshot,
     /// Cut short or altered.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -29,7 +29,7 @@ pub enum SnapshotError {
 
 impl State {
     /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
-    /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies, whether
+    /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies and how they come back to their paths, whether
     /// anything may intersect, in how many parts steps are taken, how far particles have crept, held particles, hands, moved pins, moved
     /// bodies, XXH3 of all these.
     #[must_use]
@@ -50,6 +50,7 @@ impl State {
         }
         bytes.extend(self.offsets.iter().flat_map(Offset::numbers).flat_map(f64::to_le_bytes));
         bytes.extend(self.bodies.iter().flat_map(|place| place.to_array()).flat_map(f64::to_le_bytes));
+        bytes.extend(self.paces.iter().flat_map(|pace| pace.to_le_bytes()));
         bytes.push(u8::from(self.may_cross));
         if let Some(Halving { halvings, wait, patience }) = self.halving {
             bytes.extend([halvings, wait, patience].into_iter().flat_map(u32::to_le_bytes));
@@ -125,6 +126,9 @@ impl Reader<'_> {
         }
         for place in &mut state.bodies {
             *place = self.place()?;
+        }
+        for pace in &mut state.paces {
+            *pace = self.single()?;
         }
         state.may_cross = self.take::<1>()? != [0];
         if let Some(halving) = &mut state.halving {

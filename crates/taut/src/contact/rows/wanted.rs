@@ -26,8 +26,9 @@ pub(super) struct Wanted {
     pub split: usize,
     pub owners: [Owner; 2],
     pub normal: DVec3,
-    /// The distance along the normal at X, and the one that is asked for [m].
+    /// The distance along the normal at X, the one that thicknesses ask for, and the one that this step shall bring [m].
     pub distance: f64,
+    pub thickness: f64,
     pub target: f64,
     /// What a turning body adds to the relative displacement along it [m].
     pub carried: DVec3,
@@ -70,7 +71,7 @@ impl Wanted {
         }
         let target = places.target(thickness, distance);
         let carried = carried(surfaces, places, owners, normal);
-        let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, target, carried };
+        let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, thickness, target, carried };
         let is_thick = owners.iter().any(|&owner| surfaces.skins[owner as usize].radius > 0.0);
         let over = if all && !is_thick && !are_near { OVER } else { NEARER };
         is_nearest(surfaces, places, corners, &closest, split, normal, over).then_some(wanted)

@@ -16,6 +16,7 @@ mod impulse;
 mod interior;
 mod joint;
 mod lattice;
+mod led;
 mod local;
 mod motion;
 mod patch;

@@ -6,10 +6,11 @@
 //! 3. The certificate: each cloth keeps its limit, and nothing crosses anything on the way. Pairs that would cross become rows, with
 //!    what is closest at the time of impact, and 2 goes on; where that does not help, the step is shortened there.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 use super::ease;
 use super::joint::Joint;
+use super::led::Led;
 use super::motion::{lost, way_of_all};
 use super::unit::{Descent, Unit};
 use crate::contact::{Contact, Obstacle, Rows};
@@ -28,10 +29,11 @@ const AT_LEAST: usize = 3;
 /// Where no more than this part of the rows are not kept [1], they and the springs around them are swept so often by themselves.
 const FEW: f32 = 0.02;
 const LOCAL_SWEEPS: usize = 8;
+/// Rows that are not kept by then share what room there is, and ask for no more than they must [rounds].
+const GIVES_WAY: usize = 10;
+const GIVES_IN: usize = 20;
 /// Coarse levels learn so often how much room rows have, in rounds.
 const RENEWED: usize = 6;
-/// A body that was held back goes at most so much faster than its path [1], or a cell of the cloth in a step.
-const CATCHES_UP: f64 = 1.25;
 /// So often rows are made of what would cross.
 const REPAIRS: usize = 4;
 /// So often a step is shortened where it would cross something; from some round on by half as much again, and then everything stays.
@@ -42,12 +44,10 @@ const HALVED: usize = 6;
 pub(super) struct Touch {
     pub(super) contact: Contact,
     where_is: WhereIs,
-    /// The proposed ends and velocities, and where bodies end.
+    /// The proposed ends and velocities.
     proposed: Vectors,
     velocities: Vectors,
-    bodies: Vec<DVec3>,
-    /// Where the paths of bodies are at the start.
-    path: Vec<DVec3>,
+    led: Led,
     obstacles: Vec<Obstacle>,
     descents: Vec<Descent>,
     /// The rates with which velocities take corrections, what is left of kinetic energies where cloths touch something, and the
@@ -79,8 +79,7 @@ impl Touch {
             where_is: WhereIs::new(where_is),
             proposed: Vectors::default(),
             velocities: Vectors::default(),
-            bodies: vec![DVec3::ZERO; model.bodies.rest.len()],
-            path: vec![DVec3::ZERO; model.bodies.rest.len()],
+            led: Led::new(model),
             obstacles: Vec::new(),
             descents: Vec::new(),
             rates: Vec::new(),
@@ -100,7 +99,7 @@ impl Touch {
         pool: &Pool,
     ) -> Limited {
         let model = stride.model;
-        self.move_bodies(stride, state);
+        self.led.aim(stride, state, &mut self.contact.places.turns);
         self.proposed.clone_from(ends);
         self.velocities.clone_from(&state.velocities);
         self.descents.clear();
@@ -128,7 +127,7 @@ impl Touch {
                 ends.set(particle, state.positions.get(particle) + units[unit].levels().displacement(own));
             }
         }
-        self.contact.end(model, &state.origins, ends, &self.bodies);
+        self.contact.end(model, &state.origins, ends, &self.led.ends);
         self.contact.find_rows(pool);
         self.contact.rows.load_bodies(&self.contact.places);
         limited.contacts = self.contact.rows.len() as u32;
@@ -137,6 +136,7 @@ impl Touch {
                 unit.stand(state, &self.proposed, &model.particles.inverse_mass, descent);
             }
         }
+        limited.pinched = self.contact.rows.share() as u32;
         let mut rounds = ROUNDS.min(model.solver.iterations() as usize);
         for attempt in 0.. {
             self.resolve(units, model, state, rounds, pool); // 2
@@ -149,7 +149,7 @@ impl Touch {
                 held_back_pins: verdict.held_back_pins,
                 ..limited
             };
-            self.contact.end(model, &state.origins, ends, &self.bodies);
+            self.contact.end(model, &state.origins, ends, &self.led.ends);
             self.contact.certify(pool);
             if self.contact.cuts.list.is_empty() {
                 break;
@@ -157,6 +157,7 @@ impl Touch {
             if attempt < REPAIRS {
                 self.contact.add_rows_of_cuts();
                 self.contact.rows.load_bodies(&self.contact.places);
+                self.contact.rows.share();
                 rounds = ROUNDS_OF_REPAIR;
                 continue;
             }
@@ -169,36 +170,8 @@ impl Touch {
         units.iter().for_each(|unit| unit.forget_creep(state));
         limited.sweeps = self.descents.iter().map(|descent| descent.sweeps).sum();
         limited.closest = Some(self.contact.cuts.closest).filter(|closest| closest.is_finite());
-        limited.held_back_bodies = self.held_back_bodies(stride, state);
-        state.bodies.clone_from(&self.bodies);
+        limited.held_back_bodies = self.led.arrive(model, part_of_automatic(stride), state);
         limited
-    }
-
-    /// How many bodies are behind their paths.
-    fn held_back_bodies(&mut self, Stride { model, inputs, plan }: Stride<'_>, state: &State) -> u32 {
-        inputs.bodies.places(&model.bodies, state.clock.next(plan.length).time(), &mut self.path);
-        let is_behind = |vertices: std::ops::Range<usize>| self.bodies[vertices.clone()] != self.path[vertices];
-        model.bodies.list.iter().filter(|body| is_behind(body.vertices.clone())).count() as u32
-    }
-
-    /// Says where bodies go. One that has been held back comes after its path, little faster than that moves.
-    fn move_bodies(&mut self, stride: Stride<'_>, state: &State) {
-        let Stride { model, inputs, plan } = stride;
-        let Self { bodies, path, contact, .. } = self;
-        let turns = &mut contact.places.turns;
-        inputs.bodies.turns([state.clock.time(), state.clock.next(plan.length).time()], turns);
-        inputs.bodies.places(&model.bodies, state.clock.time(), path);
-        inputs.bodies.places(&model.bodies, state.clock.next(plan.length).time(), bodies);
-        for (body, turn) in model.bodies.list.iter().zip(turns) {
-            let own = body.vertices.clone();
-            let furthest = |from: &[DVec3], to: &[DVec3]| own.clone().map(|at| from[at].distance(to[at])).fold(0.0, f64::max);
-            let (way, asked) = (furthest(&state.bodies, bodies), furthest(path, bodies));
-            let most = (CATCHES_UP * asked).max(model.contact.cell);
-            if way > most {
-                own.for_each(|at| bodies[at] = state.bodies[at].lerp(bodies[at], most / way));
-                *turn *= most / way;
-            }
-        }
     }
 
     /// Finds ends that are within all limits, and that rows keep apart.
@@ -233,6 +206,7 @@ impl Touch {
         // What brings intersecting things apart may contradict itself.
         let may_agree = contact.brings_apart().is_none();
         let rows = &mut contact.rows;
+        let is_pinched = may_agree && rows.any_shares();
         if rows.is_empty() {
             for (unit, descent) in units.iter_mut().zip(descents).filter(|(_, descent)| descent.is_needed) {
                 while !descent.is_over {
@@ -245,6 +219,11 @@ impl Touch {
             where_is.gather(rows, units);
             if round >= AT_LEAST && descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
                 return;
+            }
+            match round {
+                GIVES_WAY if is_pinched => rows.give_way(),
+                GIVES_IN if is_pinched => rows.give_in(),
+                _ => {}
             }
             if may_agree {
                 where_is.agree(rows, units, model);
@@ -347,19 +326,11 @@ impl Touch {
                     ends.set(vertex, now);
                 }
             }
-            for body in &model.bodies.list {
-                let of = |vertex: usize| cuts.factors[vertex + model.particle_count()];
-                let factor = body.vertices.clone().map(of).fold(1.0, f64::min);
-                if factor < 1.0 {
-                    for vertex in body.vertices.clone() {
-                        self.bodies[vertex] = state.bodies[vertex].lerp(self.bodies[vertex], factor);
-                    }
-                }
-            }
+            self.led.shorten(stride, state, &cuts.factors[model.particle_count()..]);
             for unit in units.iter_mut() {
                 unit.certify(stride, state, ends, None, pool);
             }
-            self.contact.end(model, &state.origins, ends, &self.bodies);
+            self.contact.end(model, &state.origins, ends, &self.led.ends);
             self.contact.certify(pool);
             if self.contact.cuts.list.is_empty() {
                 return lost(model, &before, ends, all);
@@ -371,7 +342,7 @@ impl Touch {
             state.velocities.set(particle, state.velocities.get(particle) - (end - start) / step);
             ends.set(particle, start);
         }
-        self.bodies.clone_from(&state.bodies);
+        self.led.stop(state);
         1.0
     }
 }

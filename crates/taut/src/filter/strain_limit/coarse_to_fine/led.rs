@@ -1,0 +1,112 @@
+//! Where bodies go in a step: along their paths, and back to them where cloth has held them back.
+//!
+//! A body that presses cloth against something waits where the cloth cannot give way (touch.rs, `shorten`). From then on it goes with its
+//! path, as far beside it as it is, and tries to come nearer by itself: twice as far after each step that went well; where one did
+//! not, it does not try for a while. So what is pinched is not struck anew in every step. A rigid body is held back as a whole, one
+//! whose vertices follow an array only where cloth holds them: its skin gives way there.
+
+use glam::DVec3;
+
+use crate::model::Model;
+use crate::schedule::Stride;
+use crate::state::State;
+
+/// A body that was held back comes nearer to its path by a quarter of what that moves in a step at most [1], or by a cell of the cloth.
+const CATCHES_UP: f64 = 0.25;
+/// The first try is this part of a cell [1]; so many steps pass before it where none was of use.
+const FIRST_TRY: f64 = 1e-3;
+const WAITS: f32 = 16.0;
+
+/// Bodies of a step.
+pub(super) struct Led {
+    /// Where their vertices end [m].
+    pub ends: Vec<DVec3>,
+    /// Where their paths are at the start and at the end of the step [m].
+    path: [Vec<DVec3>; 2],
+    /// The part of its way that each body could go, where it could go least [1].
+    went: Vec<f64>,
+}
+
+impl Led {
+    pub fn new(model: &Model) -> Self {
+        let vertices = || vec![DVec3::ZERO; model.bodies.rest.len()];
+        let (ends, path) = (vertices(), [vertices(), vertices()]);
+        Self { ends, path, went: vec![1.0; model.bodies.list.len()] }
+    }
+
+    /// Says where bodies go, and how far they turn, axis times angle [rad].
+    pub fn aim(&mut self, Stride { model, inputs, plan }: Stride<'_>, state: &State, turns: &mut [DVec3]) {
+        let times = [state.clock.time(), state.clock.next(plan.length).time()];
+        inputs.bodies.turns(times, turns);
+        for (path, time) in self.path.iter_mut().zip(times) {
+            inputs.bodies.places(&model.bodies, time, path);
+        }
+        self.went.fill(1.0);
+        let [from, to] = &self.path;
+        for (index, body) in model.bodies.list.iter().enumerate() {
+            let own = body.vertices.clone();
+            let furthest = |a: &[DVec3], b: &[DVec3]| own.clone().map(|at| a[at].distance(b[at])).fold(0.0, f64::max);
+            let (behind, asked) = (furthest(&state.bodies, from), furthest(from, to));
+            let most = (CATCHES_UP * asked).max(model.contact.cell);
+            let tries = match state.paces.get(index) {
+                Some(&pace) if pace != 0.0 => f64::from(pace).clamp(0.0, most),
+                _ => most,
+            };
+            // Where its path comes back to it, it waits for that.
+            let back: f64 = own.clone().map(|at| (to[at] - from[at]).dot(state.bodies[at] - from[at])).sum();
+            let square: f64 = own.clone().map(|at| from[at].distance_squared(state.bodies[at])).sum();
+            let stays = if behind > 0.0 { (1.0 - (back / square).max(0.0) - tries / behind).max(0.0) } else { 0.0 };
+            for at in own {
+                self.ends[at] = to[at] - (from[at] - state.bodies[at]) * stays;
+            }
+        }
+    }
+    /// Lets bodies go only the part of their ways that `factors` of their vertices say [1].
+    pub fn shorten(&mut self, Stride { model, inputs, .. }: Stride<'_>, state: &State, factors: &[f64]) {
+        for (index, body) in model.bodies.list.iter().enumerate() {
+            let own = body.vertices.clone();
+            let least = factors[own.clone()].iter().copied().fold(1.0, f64::min);
+            if least == 1.0 {
+                continue;
+            }
+            self.went[index] *= least;
+            let gives_way = inputs.bodies.deforms(index);
+            for at in own {
+                let part = if gives_way { factors[at] } else { least };
+                self.ends[at] = state.bodies[at].lerp(self.ends[at], part);
+            }
+        }
+    }
+
+    /// Lets them go nowhere.
+    pub fn stop(&mut self, state: &State) {
+        self.ends.clone_from(&state.bodies);
+        self.went.fill(0.0);
+    }
+
+    /// Writes where they are now, and remembers what they tried. Returns how many are behind their paths.
+    pub fn arrive(&self, model: &Model, part: f64, state: &mut State) -> u32 {
+        let first = (FIRST_TRY * model.contact.cell) as f32;
+        let mut held_back = 0;
+        for (index, body) in model.bodies.list.iter().enumerate() {
+            let own = body.vertices.clone();
+            let furthest = |a: &[DVec3], b: &[DVec3]| own.clone().map(|at| a[at].distance(b[at])).fold(0.0, f64::max);
+            let behind = furthest(&self.ends, &self.path[1]);
+            held_back += u32::from(behind > 0.0);
+            let pace = &mut state.paces[index];
+            *pace = if behind == 0.0 {
+                0.0
+            } else if self.went[index] < 1.0 {
+                let way = furthest(&state.bodies, &self.ends) as f32;
+                if way > 2.0 * first { way / 2.0 } else { -WAITS * first }
+            } else if *pace < 0.0 {
+                let next = *pace + first * part as f32;
+                if next < 0.0 { next } else { first }
+            } else {
+                (2.0 * *pace).min(f32::MAX)
+            };
+        }
+        state.bodies.clone_from(&self.ends);
+        held_back
+    }
+}
