@@ -56,7 +56,7 @@ bench: setup
 	cargo bench --package taut
 	$(BIN)/taut bench --compare
 
-# All rows, into the documents; with ROW=name one of them, to the terminal. An error if one is not met.
+# All rows, into docs/targets.md; with ROW=name one of them, to the terminal. An error if one is not met.
 targets: setup
 	$(BIN)/python -m tools.targets $(if $(ROW),--only $(ROW),--write)
 

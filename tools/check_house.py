@@ -108,7 +108,7 @@ def package_imports() -> list[str]:
 def paths_in_documents() -> list[str]:
     """Paths that a document names in backticks and that are not there."""
     broken = []
-    for document in [ROOT / "ARCHITECTURE.md", ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+    for document in [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]:
         for path in re.findall(
             r"`((?:crates|python|scenes|docs|tests|tools|benches)/[\w./-]*)`", document.read_text()
         ):

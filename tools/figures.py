@@ -1,7 +1,7 @@
-"""`make figures`: the tables and the pictures of the README, from runs made now.
+"""`make figures`: the tables of docs/methods/filters.md and two figures of the paper, from runs made now.
 
 `taut compare` measures the scenes with each filter as its authors use it, `taut figures` makes the figures of
-the paper; here both are put into README.md and docs/pictures. A second table gives all filters the same
+the paper; here both are put into that page and docs/pictures. A second table gives all filters the same
 integrator and the same steps, so that nothing but the filter differs.
 """
 
@@ -17,13 +17,14 @@ from documents import ROOT, keep, rewrite
 from taut import Scene, Simulation, SimulationError
 from taut.scene import find_scene
 
-OUT = ROOT / "out" / "readme"
+OUT = ROOT / "out" / "figures"
+PAGE = ROOT / "docs" / "methods" / "filters.md"
 TAUT = Path(sys.executable).with_name("taut")
 
 SCENES = ["flag", "flag-strong", "one-corner", "two-corners", "curtain", "cape"]
 METHODS = ["none", "sequential", "sweeps", "coarse_to_fine"]
 SHOWN = {"fig5.jpg": "flag", "fig6-7.jpg": "one-corner"}
-"""Figures of the paper that the README shows, and their names in docs/pictures."""
+"""Figures of the paper that documents show, and their names in docs/pictures."""
 
 
 def measured(scene: str) -> dict[str, Any]:
@@ -86,7 +87,7 @@ def main() -> None:
         "The same with the same Euler steps for all, as many as the bare springs need to be stable: nothing "
         "but the filter differs. Left to itself `coarse_to_fine` takes fewer steps and divides them inside.",
     ]
-    rewrite(ROOT / "README.md", "figures", "\n".join(rows))
+    rewrite(PAGE, "figures", "\n".join(rows))
 
 
 if __name__ == "__main__":

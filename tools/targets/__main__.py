@@ -1,4 +1,4 @@
-"""`python -m tools.targets`: measures the targets; `make targets` writes the table into the documents."""
+"""`python -m tools.targets`: measures the targets; `make targets` writes the table into docs/targets.md."""
 
 import argparse
 import sys
@@ -64,7 +64,7 @@ def main() -> None:
     parser.add_argument(
         "--quick", action="store_true", help="tiny cloths: to see that it runs, not for figures"
     )
-    parser.add_argument("--write", action="store_true", help="into README.md and docs/")
+    parser.add_argument("--write", action="store_true", help="into docs/targets.md and its details")
     parser.add_argument("--runs", type=int, default=FULL.runs, help="of what depends on time or chance")
     parser.add_argument(
         "--sizes", type=_sizes, default=(), help="of meshes, as 65,129: vertices along a side"

@@ -1,4 +1,4 @@
-"""Rows of the table of targets, and the table in the documents."""
+"""Rows of the table of targets, and the table in docs/targets.md."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,7 +97,7 @@ def details(rows: dict[str, Row]) -> str:
 
 
 def write(table: str) -> None:
-    """Replaces the table in the documents."""
-    for document in (ROOT / "README.md", ROOT / "docs" / "targets.md"):
-        head, rest = document.read_text().split(BEGIN)
-        document.write_text(head + BEGIN + table + END + rest.split(END)[1])
+    """Replaces the table in its document."""
+    document = ROOT / "docs" / "targets.md"
+    head, rest = document.read_text().split(BEGIN)
+    document.write_text(head + BEGIN + table + END + rest.split(END)[1])
