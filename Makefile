@@ -32,6 +32,9 @@ lint: setup
 	$(BIN)/mypy
 	$(BIN)/stubtest taut._taut
 	$(BIN)/python tools/check_house.py
+	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.citation-file-format --force-filetype yaml CITATION.cff
+	$(BIN)/zizmor --quiet --offline --persona pedantic .github
 	tools/check_js.sh
 
 test-rust:
