@@ -53,7 +53,9 @@ def test_commands_of_documents_exist(path: Path) -> None:
             assert row in ROWS, line
         if called := re.match(r"(?:\.venv/bin/)?taut ([a-z]\w*)", line):
             assert called[1] in COMMANDS, line
-            known = {option for one in COMMANDS[called[1]].params for option in one.opts}
+            known = {
+                option for one in COMMANDS[called[1]].params for option in [*one.opts, *one.secondary_opts]
+            }
             given = re.findall(r"(?<=\s)--[a-z][\w-]*", line.split("#")[0])
             assert set(given) <= known | {"--help"}, line
 
@@ -108,3 +110,10 @@ def test_the_citation_is_of_this_version_and_of_the_paper() -> None:
     assert f"## {package['version']}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     (paper,) = citation["references"]
     assert f"DOI {paper['doi']}" in " ".join((ROOT / "docs" / "bibliography.md").read_text().split())
+
+
+def test_the_oldest_compiler_is_the_one_that_is_checked() -> None:
+    oldest = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["rust-version"]
+    workflow = (ROOT / ".github" / "workflows" / "test.yml").read_text()
+    assert f"cargo +{oldest} check" in workflow and f"rustup toolchain install {oldest} " in workflow
+    assert f"compiler from {oldest} on" in (ROOT / "CONTRIBUTING.md").read_text()
