@@ -14,7 +14,7 @@ from sheet import FRAMES, Sheet
 from store import WARM_UP, Case, Record
 
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-PATIENCE = 300.0
+SPARE_TIME = 300.0
 """Wall-clock time [s] that an adapter may take beyond four times its CPU time, mostly to start."""
 
 
@@ -65,7 +65,7 @@ def _run(command: list[str], case: Case, environment: Path, seconds: float, fore
             "report": str(folder / "report.json"),
         }
         (folder / "job.json").write_text(json.dumps(job))
-        error = call([*command, str(folder / "job.json")], folder, 4 * seconds + PATIENCE)
+        error = call([*command, str(folder / "job.json")], folder, 4 * seconds + SPARE_TIME)
         if error is not None:
             return Record(case, [], False, seconds, error=error, machine=machine())
         report = json.loads((folder / "report.json").read_text())

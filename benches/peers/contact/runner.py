@@ -16,7 +16,7 @@ from store import Case
 
 LEAST = 45
 """Frames that every run makes, however slow: 0.75 s, in which the sheet falls and lands."""
-PATIENCE = 3600.0
+SPARE_TIME = 3600.0
 """Wall-clock time [s] that an adapter may take beyond its CPU time: a guard against what hangs."""
 
 
@@ -73,7 +73,7 @@ def _run(
             "report": str(folder / "report.json"),
         }
         (folder / "job.json").write_text(json.dumps(job))
-        error = call([*command, str(folder / "job.json")], folder, seconds + PATIENCE)
+        error = call([*command, str(folder / "job.json")], folder, seconds + SPARE_TIME)
         if error is not None:
             return Outcome(case, [], seconds, error=error, machine=machine())
         cpu_ms = json.loads((folder / "report.json").read_text())["cpu_ms"]

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use crate::SimulationError;
 
 /// Signals are looked for about this often.
-const PATIENCE: Duration = Duration::from_millis(50);
+const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
 
 /// How many steps to take before signals are looked for again.
 pub struct Turns {
@@ -28,10 +28,10 @@ impl Turns {
     pub fn next(&mut self) -> Option<u64> {
         assert!(!BREAKS.swap(false, Ordering::Relaxed), "broken for a test");
         let took = self.began.elapsed();
-        if self.steps > 0 && took >= PATIENCE / 2 {
+        if self.steps > 0 && took >= BETWEEN_LOOKS / 2 {
             self.raised = Python::attach(|py| py.check_signals()).err();
         }
-        let fitting = PATIENCE.as_secs_f64() / took.as_secs_f64().max(1e-9) * self.steps as f64;
+        let fitting = BETWEEN_LOOKS.as_secs_f64() / took.as_secs_f64().max(1e-9) * self.steps as f64;
         self.steps = (fitting as u64).clamp(1, 1 + 8 * self.steps);
         self.began = Instant::now();
         self.raised.is_none().then_some(self.steps)

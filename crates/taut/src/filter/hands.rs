@@ -12,11 +12,11 @@ use crate::state::State;
 /// before large.
 const RESPONSE: f32 = 1.0 / 60.0;
 /// Pins that had to wait ask for this part of their speed in the next step, ..
-const PATIENCE: f64 = 0.25;
+const PACE_DECREASE: f64 = 0.25;
 /// .. and for this much more in every step in which they did not.
-const COURAGE: f64 = 1.1;
+const PACE_INCREASE: f64 = 1.1;
 /// Less of its speed a pin never asks for: it must notice that the cloth lets it go on.
-const SLOWEST: f64 = 1e-3;
+const LEAST_PACE: f64 = 1e-3;
 
 /// Starts a step: pins go on towards their places.
 pub(super) fn start(stride: Stride<'_>, state: &mut State) {
@@ -56,7 +56,8 @@ pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors, held
     let time = state.clock.next(plan.length).time();
     for shift in inputs.grips.shifts() {
         let offset = &mut state.offsets[shift.group];
-        offset.pace = if held_back { (offset.pace * PATIENCE).max(SLOWEST) } else { (offset.pace * COURAGE).min(1.0) };
+        offset.pace =
+            if held_back { (offset.pace * PACE_DECREASE).max(LEAST_PACE) } else { (offset.pace * PACE_INCREASE).min(1.0) };
         if let (true, Some(&particle)) = (held_back, model.pins[shift.group].particles.first()) {
             let cloth = model.pins[shift.group].cloth;
             let gone = state.origins[cloth] - model.origins[cloth].at;

@@ -16,7 +16,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 pub const CHUNK: usize = 1024;
 
 /// How often a thread that stays awake looks for work before it offers its processor to others.
-const PATIENCE: u32 = 64;
+const LOOKS_BEFORE_YIELD: u32 = 64;
 
 /// The threads that one simulation uses.
 pub struct Pool {
@@ -94,7 +94,7 @@ fn wait_in_turn(threads: usize, done: &AtomicBool) {
     while !done.load(Ordering::Acquire) {
         if rayon::yield_now() == Some(rayon::Yield::Executed) {
             idle = 0;
-        } else if idle < PATIENCE {
+        } else if idle < LOOKS_BEFORE_YIELD {
             idle += 1;
             spin_loop();
         } else {

@@ -25,7 +25,7 @@ const WORTH: f64 = 2.0;
 /// h g of the fastest mode, at least, where a filter looks at several parts of a step together [1]. It takes the displacement D
 /// of a step back and D / h from the velocity. A vibration of frequency w leaves the step with V cos(w h) and D = V sin(w h) / w,
 /// so that it is multiplied by cos(w h) - sin(w h) / (w h), which is up to 1.063: undamped, it would grow.
-const CALM: f64 = 1.2;
+const LEAST_DECAY: f64 = 1.2;
 
 /// A step of some length.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -114,7 +114,7 @@ pub(super) fn is_divided(solver: &Solver) -> bool {
 pub(super) fn spring_steps(step_length: f64, rates: &LevelRate) -> (f64, f64) {
     let square = rates.frequency_squared;
     let undivided = step_length <= SAFETY * of_euler(square, 0.0);
-    let ahead = if undivided || rates.damping * step_length >= CALM { 0.0 } else { CALM / step_length };
+    let ahead = if undivided || rates.damping * step_length >= LEAST_DECAY { 0.0 } else { LEAST_DECAY / step_length };
     let parts = (step_length / (SAFETY * of_euler(square, ahead))).ceil().max(1.0);
     (parts, if ahead > 0.0 { ahead / square } else { 0.0 })
 }
@@ -127,7 +127,7 @@ pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: 
     let mut parts = pace::parts(step_length, SCALED_PART * pace);
     if bears(step_length, parts) < OVERLAP * slowest {
         // bears() solved for the parts.
-        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * CALM, OVERLAP * slowest * power(step_length, 2));
+        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * LEAST_DECAY, OVERLAP * slowest * power(step_length, 2));
         parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
     }
     let sets_out = if cloth.lattice.is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
@@ -158,5 +158,5 @@ fn bears(step_length: f64, parts: f64) -> f64 {
 
 /// In a single part no vibration is faster than the step.
 fn calm(parts: f64) -> f64 {
-    if parts == 1.0 { 0.0 } else { CALM }
+    if parts == 1.0 { 0.0 } else { LEAST_DECAY }
 }

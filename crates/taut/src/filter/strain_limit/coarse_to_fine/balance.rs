@@ -38,8 +38,8 @@ const KEPT: f64 = 0.01;
 /// What of the energy the forces that are left may change [1]: friction is found by a fixed-point iteration, slowly at last.
 const OFF: f64 = 3e-7;
 /// After so many Newton steps so many times as much is enough with each.
-const PATIENCE: usize = 20;
-const LOOSER: f64 = 2.0;
+const EXACT_NEWTON_STEPS: usize = 20;
+const TOLERANCE_GROWTH: f64 = 2.0;
 /// Products need not be made smaller than this part of what is enough.
 const LAST: f64 = 0.1;
 pub(super) const NONE: u32 = u32::MAX;
@@ -150,7 +150,7 @@ impl Balance {
                 (foot.value + foot.give * foot.pair.multiplier - foot.pair.slack).abs() <= KEPT * support.slack
             });
             let sure = task.nearly * task.energy;
-            loose *= if round > PATIENCE { LOOSER } else { 1.0 };
+            loose *= if round > EXACT_NEWTON_STEPS { TOLERANCE_GROWTH } else { 1.0 };
             if worst <= task.exact && kept && sum.max(doubt) <= loose * sure && off <= loose * OFF * task.energy {
                 self.tell(task.supports);
                 return Some(round);

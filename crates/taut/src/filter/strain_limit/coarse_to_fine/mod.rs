@@ -75,7 +75,7 @@ const COARSEST_SWEEPS: usize = 3;
 /// would be seen as jerks: a longer lag.
 const MOMENTUM: f32 = 0.85;
 const LAG: f32 = 1.0;
-const CALM_LAG: f32 = 2.0;
+const LAG_AT_REST: f32 = 2.0;
 /// Where more than these parts of the cloth are over the limit, one more cycle each is sure not to be the last, and not measured.
 const UNMEASURED: [f32; 2] = [0.25, 0.85];
 /// Where no more than this part of the springs is over the limit, they are put right one by one instead of by further cycles; but not
@@ -87,20 +87,20 @@ const AT_LEAST: u32 = 3;
 const HEAVY: f32 = 16.0;
 const AT_LEAST_IF_HEAVY: u32 = 16;
 /// Where so many cycles leave more than this part of what the worst spring was too long, further ones are of no use ..
-const PATIENCE: u32 = 8;
+const PROGRESS_INTERVAL: u32 = 8;
 const PROGRESS: f32 = 0.7;
 /// .. but in cloth of more springs than these that bears something heavy: there progress is slow, and a direct solution slower.
-const PATIENT: usize = 1500;
+const SLOW_PROGRESS_FROM: usize = 1500;
 /// If no more than so many springs are over the limit then, the place around them is solved directly.
 const STUBBORN: usize = 100;
 /// A cloth hangs calm where its limit takes all of the proposed step but for this part of its kinetic energy. There a cycle more or less
 /// would be seen as a jerk: as many cycles as were needed are taken from then on, until it moves.
-const CALM: f64 = 0.1;
+const ENERGY_AT_REST: f64 = 0.1;
 /// .. but no more than so many where it touches something: sweeps over rows in turn with them never end at once.
 const MOST_IF_TOUCHED: u32 = 12;
 /// Cloth lies on something where all of the proposed step is taken but for this part of its kinetic energy: more than cloth that hangs calm
 /// has, since ways that turn back on each other are some of it.
-const LYING: f64 = 0.3;
+const ENERGY_IN_CONTACT: f64 = 0.3;
 /// Where ways of such cloth turn back, their cosine with the last ones being below the first of these, steps go on
 /// by so much less of their way, down to the least; where they go on, the cosine being above the second, by so much more.
 const TURNED: f64 = 0.5;
@@ -233,6 +233,6 @@ fn coarse_sweeps(particles: usize) -> usize {
 /// corrects more than any other, and once: that does not go on. Few cycles want little momentum: what they pull too far,
 /// nothing pulls back, and it comes back in the next step as a jerk (docs/decisions/coarse-to-fine.md).
 fn momentum(cycles: u8, is_calm: bool) -> f32 {
-    let lag = if is_calm { CALM_LAG } else { LAG };
+    let lag = if is_calm { LAG_AT_REST } else { LAG };
     if cycles < 2 { 0.0 } else { MOMENTUM.min(f32::from(cycles) / (f32::from(cycles) + lag)) }
 }

@@ -24,7 +24,7 @@ pub(super) struct Unit {
     direct: Option<Direct>,
     may_solve: bool,
     is_small: bool,
-    is_patient: bool,
+    progresses_slowly: bool,
     /// So few springs over their limit are put right one by one after so many cycles.
     few: usize,
     at_least: u32,
@@ -87,7 +87,7 @@ impl Unit {
             direct: None,
             may_solve: cloth.springs.len() <= if is_heavy { SMALL_IF_HEAVY } else { SMALL },
             is_small: cloth.springs.len() <= SMALL,
-            is_patient: is_heavy && cloth.springs.len() > PATIENT,
+            progresses_slowly: is_heavy && cloth.springs.len() > SLOW_PROGRESS_FROM,
             at_least: if is_heavy { AT_LEAST_IF_HEAVY } else { AT_LEAST },
             few: (FEW * cloth.springs.len() as f32) as usize,
             shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
@@ -147,7 +147,7 @@ impl Unit {
             brake,
             sweeps: 0,
             since_restart: 0,
-            next_look: PATIENCE,
+            next_look: PROGRESS_INTERVAL,
             before: f32::INFINITY,
             is_done: false,
             is_over: false,
@@ -181,9 +181,9 @@ impl Unit {
         let Some(left) = left else { return };
         descent.worst = left.worst;
         let mut is_stuck = is_last;
-        if descent.sweeps >= descent.next_look && !self.is_patient {
+        if descent.sweeps >= descent.next_look && !self.progresses_slowly {
             is_stuck |= left.worst - enough > PROGRESS * descent.before;
-            (descent.next_look, descent.before) = (descent.sweeps + PATIENCE, left.worst - enough);
+            (descent.next_look, descent.before) = (descent.sweeps + PROGRESS_INTERVAL, left.worst - enough);
         }
         let few = descent.sweeps >= self.at_least && left.over <= self.few;
         let finishes = left.over > 0 && (few || is_stuck);
@@ -272,7 +272,7 @@ impl Unit {
 
     /// Remembers how calm the cloth hangs.
     fn remember(&self, state: &mut State, descent: &Descent, left_of_energy: f64) {
-        let cycles = cycles_from_now(descent.at_least, descent.sweeps, left_of_energy < CALM);
+        let cycles = cycles_from_now(descent.at_least, descent.sweeps, left_of_energy < ENERGY_AT_REST);
         state.calm[self.index] = Calm { cycles, room: room_from_now(descent.room, left_of_energy), ..state.calm[self.index] };
     }
 
@@ -307,7 +307,7 @@ impl Unit {
         descent: &Descent,
     ) {
         let step = stride.plan.length as f32;
-        let lying = descent.frame.filter(|_| left_of_energy < LYING);
+        let lying = descent.frame.filter(|_| left_of_energy < ENERGY_IN_CONTACT);
         let brake = lying.map_or(0.0, |frame| {
             let onward = self.coherence(stride.model, state, ends, frame, step);
             brake_from_now(descent.brake, onward, if is_led { LEAST_WAY_IF_LED } else { LEAST_WAY })
