@@ -28,14 +28,14 @@ def main() -> None:
             *("run", "flag", "--out", caches[name], "--overwrite"),
             *("--set", f"solver.filter={method}", "--set", title),
         )
-    taut("render", *caches.values(), "--out", OUT / "flag.mp4", "--overwrite")
     taut("render", *caches.values(), "--out", OUT / "flag.png", "--frame", "200", "--overwrite")
+    taut("render", *caches.values(), "--out", OUT / "flag.mp4", "--overwrite")
     print()
     for name, cache in caches.items():
         command = [TAUT, "info", cache, "--json"]
         report = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
         print(f"worst stretch {name} the constraint: {100 * report['worst_stretch']:.1f} %")
-    print("film: out/flag.mp4\nstill: out/flag.png")
+    print("still: out/flag.png\nfilm: out/flag.mp4")
     print("see it move and pull it, in the browser: .venv/bin/taut view flag")
 
 
