@@ -99,6 +99,31 @@ def test_figures_are_those_of_the_targets(path: Path) -> None:
     assert f"up to {float(worst):.0f} times as much as grids" in text
 
 
+def test_figures_are_those_of_the_peers() -> None:
+    """After `make peers` likewise."""
+    page = (ROOT / "docs" / "peers.md").read_text(encoding="utf-8")
+    table = [
+        line.strip("| ").split(" | ")
+        for line in page.split("results: begin -->\n")[1].split("\n\n")[0].splitlines()
+    ]
+    head, ours, others = table[0], table[2], table[3:]
+    assert ours[0] == "taut"
+    compared = re.findall(
+        r"^\| (\d+) x \d+(?: particles)?, (\d+ %) \| ([\d.]+) ms \| (none found|[\d.]+ ms \(\w+)",
+        (ROOT / "docs" / "why.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
+    )
+    assert len(compared) == 5
+    for size, limit, cost, best in compared:
+        column = head.index(f"{size}², {limit}")
+        found = {
+            float(row[column].split()[0]): row[0].split()[0] for row in others if "none" not in row[column]
+        }
+        least = min(found, default=None)
+        assert cost == ours[column], (size, limit)
+        assert best == ("none found" if least is None else f"{least:g} ms ({found[least]}"), (size, limit)
+
+
 def test_the_citation_is_of_this_version_and_of_the_paper() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     package = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]
