@@ -18,7 +18,7 @@ FILMS = ROOT / "out" / "gallery"
 
 project = "taut"
 release = __version__
-copyright = "the authors of taut"
+copyright = "The taut developers"
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
 
 html_theme = "furo"
