@@ -1,18 +1,24 @@
 //! Vectors as structure of arrays, the thread pool that walks over them, functions with the same bits everywhere, what steps spend their
 //! time on. Knows nothing of cloth.
 
+#[cfg(feature = "threads")]
+mod awake;
 mod functions;
 mod parallel;
+mod pool;
 mod quads;
 mod registers;
 mod rows;
 mod rsqrt;
+#[cfg(not(feature = "threads"))]
+mod serial;
 mod sine;
 mod vectors;
 mod watch;
 
 pub use functions::{cbrt, exp2, hypot, power, turn, turn_about};
-pub use parallel::{CHUNK, Pool, for_each_chunk, for_each_part, for_each_two_chunks, sum_of_chunks, sum_over_chunks};
+pub use parallel::{CHUNK, for_each_chunk, for_each_part, for_each_two_chunks, sum_of_chunks, sum_over_chunks};
+pub use pool::Pool;
 pub use quads::{by_axis, by_vector, differences, fill_quads, roots};
 pub use registers::{Registers, RegistersError, arch, choose, lanes};
 pub use rows::{Block, LINE, Rows, fill_column, register, registers, set_registers};
@@ -20,3 +26,11 @@ pub use rsqrt::{reciprocal_sqrt, reciprocal_sqrts};
 pub use sine::sine_of_turns;
 pub use vectors::{SharedVectors, Vectors, VectorsChunk};
 pub use watch::{Times, Watch};
+
+/// Loops over parts, on the threads of the pool that is installed; without the feature `threads` one part after the other.
+pub(crate) mod threads {
+    #[cfg(not(feature = "threads"))]
+    pub use super::serial::*;
+    #[cfg(feature = "threads")]
+    pub use rayon::prelude::*;
+}

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use glam::Vec3;
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::arch;
-use super::parallel::{CHUNK, Pool};
+use super::{CHUNK, Pool};
+use super::threads::*;
 
 /// Many 3-vectors, stored as an array of each coordinate.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -6,11 +6,11 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 use crate::filter::Limited;
 use crate::forces::{bending_energy, curved_energy, elastic_energy};
 pub use crate::geometry::Times;
+use crate::geometry::threads::*;
 use crate::geometry::{CHUNK, Pool, Vectors, arch};
 use crate::inputs::Inputs;
 use crate::model::{ClothRange, Model};

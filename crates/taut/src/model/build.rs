@@ -379,7 +379,10 @@ fn arrays(list: &[Spring], curves: &[Curve], filter: FilterKind) -> Springs {
 /// Hash of the scene and of the geometry it led to.
 fn fingerprint(scene: &Scene, rest: &Vectors, springs: &Springs, bodies: &Bodies) -> u64 {
     let mut hash = Xxh3::new();
+    #[cfg(feature = "json")]
     hash.update(scene.to_json().as_bytes());
+    #[cfg(not(feature = "json"))]
+    hash.update(format!("{scene:?}").as_bytes());
     for point in rest.iter() {
         point.to_array().iter().for_each(|part| hash.update(&part.to_le_bytes()));
     }

@@ -19,6 +19,11 @@ pub(super) fn check(
 ) -> Result<Vec<String>, SceneError> {
     let filter = solver.filter;
     check_integrator(solver, cloths)?;
+    if cfg!(not(feature = "direct")) && filter == FilterKind::FastProjection {
+        let problem = "solves sparse systems, for which this build of taut lacks the feature \"direct\"; build with it, or choose another \
+                       filter, such as \"coarse_to_fine\"";
+        return Err(SceneError::with_value("solver.filter", format!("\"{filter}\""), problem));
+    }
     let mut notes = Vec::new();
     for (index, cloth) in cloths.iter().enumerate() {
         let problem = match filter {
@@ -33,11 +38,10 @@ pub(super) fn check(
             _ => None,
         };
         if let Some(problem) = problem {
-            let name = serde_json::to_string(&filter).expect("a filter is a word");
             let remedy = "choose another filter, such as \"coarse_to_fine\"";
             return Err(SceneError::with_value(
                 "solver.filter",
-                name,
+                format!("\"{filter}\""),
                 format!("cloth[{index}] ({}) {problem}, or {remedy}", cloth.name),
             ));
         }
@@ -47,7 +51,7 @@ pub(super) fn check(
 
 /// Refuses an integrator that the filter or a cloth has no use for.
 fn check_integrator(solver: &Solver, cloths: &[ClothRange]) -> Result<(), SceneError> {
-    let name = serde_json::to_string(&solver.integrator).expect("an integrator is a word");
+    let name = format!("\"{}\"", solver.integrator);
     let refused = |problem: String| Err(SceneError::with_value("solver.integrator", name, problem));
     // The paper's steps 1 to 6 give velocities, and its last line makes positions of them: X + V h.
     let suitable = matches!(solver.integrator, IntegratorKind::Euler | IntegratorKind::ImplicitEuler);

@@ -2,11 +2,13 @@
 
 use std::fmt;
 
+#[cfg(feature = "schema")]
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// How a cloth resists bending.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BendingModel {
     /// A thin plate of Poisson's ratio 0 with a constant matrix (Bergou et al. 2006).
@@ -63,6 +65,7 @@ impl<'de> Deserialize<'de> for Bending {
     }
 }
 
+#[cfg(feature = "schema")]
 impl JsonSchema for Bending {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Bending".into()

@@ -1,5 +1,6 @@
 //! What stands in the way of cloths: balls, rods, boxes, floors, figures that walk.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +14,8 @@ pub(super) const ROUGHEST: f64 = 10.0;
 pub(super) const THICKEST: f64 = 1.0;
 
 /// What cloths collide with: exactly one of `sphere`, `capsule`, `box`, `plane`, `mesh`. With `move` and `turn`, or with `motion`, it travels.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Body {
     /// Name in reports; "body0", "body1" .. when left out.
@@ -76,7 +78,8 @@ impl Default for Body {
 }
 
 /// A ball.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sphere {
     /// Its middle [m].
@@ -86,7 +89,8 @@ pub struct Sphere {
 }
 
 /// A straight rod with round ends: all that is within its radius of a line.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Capsule {
     /// One end of the line [m].
@@ -98,7 +102,8 @@ pub struct Capsule {
 }
 
 /// A rectangular block.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Cuboid {
     /// Its middle [m].
@@ -110,7 +115,8 @@ pub struct Cuboid {
 }
 
 /// All that lies behind a plane: floors, walls, tables without an edge.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Plane {
     /// Any point of it [m].

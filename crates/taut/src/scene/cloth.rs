@@ -1,12 +1,14 @@
 //! One cloth: where its points come from, what it is made of and how it is held.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Bending, BendingModel, Curves, Fabric, LimitKeyframe, Material, Pin, Weight};
 
 /// One cloth: exactly one of `grid`, `mesh`, `network`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Cloth {
     /// Name in reports; "cloth0", "cloth1" .. when left out.
@@ -193,7 +195,8 @@ impl Cloth {
 }
 
 /// A rectangle of cells, seen from its front: first axis to the right, second axis up.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Grid {
     /// Width and height [m].
@@ -213,7 +216,8 @@ impl Default for Grid {
 }
 
 /// A signed coordinate axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Axis {
     /// +x
     #[serde(rename = "x")]
@@ -261,7 +265,8 @@ impl Axis {
 }
 
 /// Points and links: chains, ropes, nets. A link is a structural spring whose rest length is its length at the start; where cloth collides it is a round rod of the cloth's `thickness`, and a point that no link is tied to a grain.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Network {
     /// Positions [m].
@@ -273,7 +278,8 @@ pub struct Network {
 }
 
 /// Mass of the points of a network [kg].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a number or a list of numbers")]
 pub enum PointMass {
     /// The same for all points.

@@ -1,5 +1,6 @@
 //! Whether cloths collide, and with what.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +16,8 @@ const FRICTION: f64 = 0.3;
 const OUTERMOST: u32 = 1000;
 
 /// What cloths collide with besides bodies.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Contact {
     /// Whether cloths collide with themselves and with each other (true, false); when left out they do as soon as one of them is given a `thickness`.
@@ -94,7 +96,6 @@ pub(super) fn check_filter(scene: &Scene) -> Check {
     } else {
         ("there are bodies to collide with (body[0])", "leave bodies and contact out")
     };
-    let name = serde_json::to_string(&scene.solver.filter).unwrap_or_default();
     let problem = format!("knows no contact, but {what}; must be \"coarse_to_fine\" here; choose it, or {remedy}");
-    Err(SceneError::with_value("solver.filter", name, problem))
+    Err(SceneError::with_value("solver.filter", format!("\"{}\"", scene.solver.filter), problem))
 }

@@ -1,5 +1,6 @@
 //! A fabric as it was measured: curves instead of single stiffnesses (after Breen, House & Wozny 1994).
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +16,8 @@ const APART: f64 = 1e-6;
 const LEAST: f64 = 1e-20;
 
 /// Points that begin at [0, 0] and never fall; straight lines join them and go on from the last one.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Curve(pub Vec<[f64; 2]>);
 
@@ -32,7 +34,8 @@ impl Curve {
 }
 
 /// Measured curves; what has none keeps its stiffness.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Curves {
     /// Tension: [strain [1], force per width [N/m]] in place of `stiffness`, along warp and weft; in a network [strain, force of a link [N]].

@@ -2,11 +2,13 @@
 
 use std::fmt;
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The path of a file with all frames, or of .obj files with one frame each; paths start at the scene file.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a path or a list of paths")]
 pub enum FrameFiles {
     /// An .npy or .pc2 file with all frames; or .obj files, numbered without a gap, with one `*` in place of the number: "walk_*.obj".
@@ -39,7 +41,11 @@ impl fmt::Display for FrameFiles {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::All(path) => write!(f, "{path:?}"),
+            #[cfg(feature = "json")]
             Self::Each(paths) => f.write_str(&serde_json::to_string(paths).map_err(|_| fmt::Error)?),
+            // It comes from scene files alone.
+            #[cfg(not(feature = "json"))]
+            Self::Each(paths) => write!(f, "{paths:?}"),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What a user asks for: plain data in SI units, with a default for every field.
 //!
 //! This is the one definition of a scene. Files, Python and the documentation derive from it
-//! (see [`schema`]); the doc comments below are the field reference that users read.
+//! (`schema`, with the feature of that name); the doc comments below are the field reference that users read.
 
 mod bending;
 mod body;
@@ -11,6 +11,7 @@ mod curves;
 mod error;
 mod fabric;
 mod files;
+#[cfg(feature = "json")]
 mod read;
 mod selection;
 mod solver;
@@ -18,6 +19,7 @@ mod turn;
 mod validate;
 mod wind;
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -33,11 +35,12 @@ pub use files::FrameFiles;
 pub use selection::{Corner, Edge, Keyframe, LimitKeyframe, Pin, Selector, Weight};
 pub use solver::{FilterKind, IntegratorKind, Solver, Substeps};
 pub use turn::{AngleKeyframe, Turn};
-pub(crate) use validate::{FARTHEST, MASSES, NEAREST};
+pub(crate) use validate::{FARTHEST, MASSES, NEAREST, check_gravity};
 pub use wind::{Flow, FlowElement, FlowKind, Gust, Wind, WindLaw, WindModel};
 
 /// A scene: cloths, the air and gravity they live in, the bodies in their way, and how to simulate them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
     /// Shown above pictures and in reports.
@@ -88,7 +91,8 @@ impl Default for Scene {
 }
 
 /// Which axis points up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Up {
     /// The third axis.
@@ -102,14 +106,23 @@ impl Scene {
     ///
     /// # Errors
     /// The first field that is unknown, misspelt, of the wrong type or out of range.
+    #[cfg(feature = "json")]
     pub fn from_json(text: &str) -> Result<Self, SceneError> {
-        let mut scene = read::parse(text)?;
-        validate::check(&scene)?;
-        scene.fill_in();
-        Ok(scene)
+        read::parse(text)?.checked()
+    }
+
+    /// The scene, every field of it checked, with every default filled in.
+    ///
+    /// # Errors
+    /// The first field that is out of range.
+    pub fn checked(mut self) -> Result<Self, SceneError> {
+        validate::check(&self)?;
+        self.fill_in();
+        Ok(self)
     }
 
     /// The scene as JSON.
+    #[cfg(feature = "json")]
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).expect("plain data with string keys always serialises")
@@ -148,6 +161,7 @@ impl Scene {
 }
 
 /// The JSON schema of [`Scene`]; descriptions are the doc comments of its fields.
+#[cfg(feature = "schema")]
 #[must_use]
 pub fn schema() -> String {
     let schema = schemars::schema_for!(Scene);

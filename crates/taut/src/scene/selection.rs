@@ -1,5 +1,6 @@
 //! Which particles of a cloth are meant.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +25,8 @@ pub enum Selector<'a> {
 macro_rules! selection {
     ($(#[$about:meta])* pub struct $name:ident { $($(#[$field:meta])* pub $own:ident: $kind:ty,)* }) => {
         $(#[$about])*
-        #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[cfg_attr(feature = "schema", derive(JsonSchema))]
+        #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
         #[serde(default, deny_unknown_fields)]
         pub struct $name {
             /// A corner of a grid, as seen from its front (first axis to the right, second axis up).
@@ -46,6 +48,36 @@ macro_rules! selection {
         }
 
         impl $name {
+            /// Chooses a corner of a grid.
+            #[must_use]
+            pub fn corner(corner: Corner) -> Self {
+                Self { corner: Some(corner), ..Self::default() }
+            }
+
+            /// Chooses an edge of a grid.
+            #[must_use]
+            pub fn edge(edge: Edge) -> Self {
+                Self { edge: Some(edge), ..Self::default() }
+            }
+
+            /// Chooses vertices by their numbers.
+            #[must_use]
+            pub fn vertices(vertices: impl Into<Vec<u32>>) -> Self {
+                Self { vertices: Some(vertices.into()), ..Self::default() }
+            }
+
+            /// Chooses all vertices in a box between its lowest and its highest corner [m].
+            #[must_use]
+            pub fn inside(low: [impl Into<f64>; 3], high: [impl Into<f64>; 3]) -> Self {
+                Self { inside: Some([low.map(Into::into), high.map(Into::into)]), ..Self::default() }
+            }
+
+            /// Chooses the vertex nearest to a point [m].
+            #[must_use]
+            pub fn nearest(point: [impl Into<f64>; 3]) -> Self {
+                Self { nearest: Some(point.map(Into::into)), ..Self::default() }
+            }
+
             /// The selectors that are given; a valid selection has exactly one.
             #[must_use]
             pub fn selectors(&self) -> Vec<Selector<'_>> {
@@ -86,11 +118,13 @@ impl Pin {
 }
 
 /// Time [s] and displacement from the start [m].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Keyframe(pub f64, pub [f64; 3]);
 
 /// Time [s] and strain limit [1].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LimitKeyframe(pub f64, pub f64);
 
 selection! {
@@ -101,8 +135,18 @@ selection! {
     }
 }
 
+impl Weight {
+    /// Sets its mass [kg].
+    #[must_use]
+    pub fn of(mut self, mass: f64) -> Self {
+        self.mass = mass;
+        self
+    }
+}
+
 /// A corner of a grid, as seen from its front.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Corner {
     /// First axis at its start, second at its end.
@@ -116,7 +160,8 @@ pub enum Corner {
 }
 
 /// An edge of a grid, as seen from its front.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Edge {
     /// First axis at its start.

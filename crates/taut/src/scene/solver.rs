@@ -2,11 +2,13 @@
 
 use std::fmt;
 
+#[cfg(feature = "schema")]
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// How a scene is simulated.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Solver {
     /// Steps per frame [1]: "auto" (from the stability bound; with "coarse_to_fine", whose steps springs and dampers divide further, from accuracy and drag) or a number.
@@ -53,8 +55,22 @@ impl Solver {
     }
 }
 
+/// Display says the word that a scene file has for it.
+macro_rules! says_its_word {
+    ($($kind:ty)*) => {
+        $(impl fmt::Display for $kind {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.serialize(f)
+            }
+        })*
+    };
+}
+
+says_its_word! { IntegratorKind FilterKind }
+
 /// How velocities and positions advance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum IntegratorKind {
     /// Velocity first, position with the new velocity (paper, section 3; symplectic Euler today).
@@ -108,7 +124,8 @@ impl Solver {
 }
 
 /// What turns proposed velocities into admissible ones.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FilterKind {
     /// Nothing: the bare mass-spring cloth, which over-stretches.
@@ -175,6 +192,7 @@ impl<'de> Deserialize<'de> for Substeps {
     }
 }
 
+#[cfg(feature = "schema")]
 impl JsonSchema for Substeps {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Substeps".into()

@@ -1,5 +1,6 @@
 //! A turn about a line, of bodies and of pins.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +8,8 @@ use super::SceneError;
 use super::validate::{Check, FARTHEST, direction, vector, within};
 
 /// A turn about a fixed straight line.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Turn {
     /// Direction of the line [1], which must be given; any length. What turns does so counter-clockwise seen against it.
@@ -19,7 +21,8 @@ pub struct Turn {
 }
 
 /// Time [s] and angle [degrees].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AngleKeyframe(pub f64, pub f64);
 
 /// Refuses a turn about nothing, out of range, or with times that do not rise.

@@ -34,7 +34,7 @@ const MOST_SUBSTEPS: u32 = 100_000;
 pub(super) fn check(scene: &Scene) -> Check {
     within("duration", scene.duration, 0.0, 1e6, "5.0")?;
     within("fps", scene.fps, 1e-3, 1e5, "60")?;
-    vector("gravity", &scene.gravity(), 1e6, "[0, 0, -9.81]")?;
+    check_gravity(&scene.gravity())?;
     check_keyframes("gravity_keyframes", &scene.gravity_keyframes, 1e6)?;
     if let Some(wind) = &scene.wind {
         check_wind(wind)?;
@@ -68,7 +68,11 @@ pub(super) fn check_name(at: &str, name: &str) -> Check {
     Ok(())
 }
 
-fn check_wind(wind: &Wind) -> Check {
+pub fn check_gravity(gravity: &[f64; 3]) -> Check {
+    vector("gravity", gravity, 1e6, "[0, 0, -9.81]")
+}
+
+pub(super) fn check_wind(wind: &Wind) -> Check {
     vector("wind.velocity", &wind.velocity, 1e4, "[8, 1.5, 0]")?;
     check_keyframes("wind.keyframes", &wind.keyframes, 1e4)?;
     constant("wind.density", wind.density, 1e5, "1.2 (air)")?;
@@ -111,7 +115,7 @@ fn check_flow(at: &str, element: &FlowElement) -> Check {
 
 fn check_solver(scene: &Scene) -> Check {
     if let Substeps::Count(count) = scene.solver.substeps
-        && count > MOST_SUBSTEPS
+        && !(1..=MOST_SUBSTEPS).contains(&count)
     {
         return Err(out_of_range("solver.substeps", count, &format!("in [1, {MOST_SUBSTEPS}]"), "\"auto\""));
     }
@@ -134,7 +138,7 @@ fn check_cloth(at: &str, cloth: &Cloth, vertices: &mut u64) -> Check {
                     return Err(out_of_range(&format!("{at}.grid.cells[{axis}]"), cells, "at least 1", "32"));
                 }
             }
-            let own = grid.cells.iter().map(|&cells| u64::from(cells) + 1).product::<u64>();
+            let own = grid.cells.iter().map(|&cells| u64::from(cells) + 1).fold(1, u64::saturating_mul);
             *vertices = vertices.saturating_add(own);
             if *vertices > MOST_VERTICES {
                 let cells = format!("[{}, {}]", grid.cells[0], grid.cells[1]);

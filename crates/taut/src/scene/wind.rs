@@ -1,12 +1,15 @@
 //! The moving air.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Keyframe;
+use super::validate::check_wind;
+use super::{Keyframe, SceneError};
 
 /// The moving air.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wind {
     /// Mean velocity of the air [m/s].
@@ -42,8 +45,24 @@ impl Default for Wind {
     }
 }
 
+impl<T: Into<f64>> From<[T; 3]> for Wind {
+    /// The same velocity everywhere and always [m/s].
+    fn from(velocity: [T; 3]) -> Self {
+        Self { velocity: velocity.map(Into::into), ..Self::default() }
+    }
+}
+
 impl Wind {
+    /// Refuses the first field that is out of range.
+    ///
+    /// # Errors
+    /// That field, what is allowed and a remedy.
+    pub fn check(&self) -> Result<(), SceneError> {
+        check_wind(self)
+    }
+
     /// The wind as JSON.
+    #[cfg(feature = "json")]
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).expect("plain data with string keys always serialises")
@@ -51,7 +70,8 @@ impl Wind {
 }
 
 /// Where the wind force is evaluated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum WindModel {
     /// On each particle, with the mean normal of its triangles (paper, section 2.2).
@@ -61,7 +81,8 @@ pub enum WindModel {
 }
 
 /// How the wind force follows from the relative wind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WindLaw {
     /// Along the normal, with `drag_coefficient` (paper, section 2.2).
@@ -73,7 +94,8 @@ pub enum WindLaw {
 /// A simple flow that is added to the wind everywhere (Ling, Damodaran & Gay 1994; Wejchert & Haumann 1991).
 ///
 /// Which of the fields below it has depends on its kind; further ones are refused.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlowElement {
     /// "uniform" (needs velocity), "vortex" (needs centre, axis, circulation, core) or "source" (needs centre, flow, core).
@@ -99,7 +121,8 @@ pub struct FlowElement {
 }
 
 /// Which flow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FlowKind {
     /// The same velocity everywhere.
@@ -155,7 +178,8 @@ impl FlowElement {
 }
 
 /// Seeded fluctuations of the wind, carried along by the mean wind (Taylor 1938).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gust {
     /// Root mean square of the fluctuation as a fraction of the mean wind speed [1].

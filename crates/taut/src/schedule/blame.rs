@@ -1,7 +1,5 @@
 //! Why a scene needs more steps than anybody would wait for, in the user's own words: his fields.
 
-use serde_json::Value;
-
 use super::choice::{MOST_STEPS, ROOMY, remedy};
 use super::pace::LONGEST;
 use super::parts::is_divided;
@@ -9,7 +7,7 @@ use super::stability::of_euler;
 use crate::geometry::cbrt;
 use crate::inputs::Inputs;
 use crate::model::Model;
-use crate::scene::{Scene, SceneError, brief, shorten};
+use crate::scene::{Scene, SceneError, brief};
 
 /// What makes a step short.
 #[derive(Clone, Copy, PartialEq)]
@@ -108,14 +106,29 @@ fn error(scene: &Scene, cause: Cause, index: usize, problem: &str) -> SceneError
 
 /// `scene.fps = 60, scene.cloth[0].density = 1e-9 and ..`
 fn told(scene: &Scene, cause: Cause, index: usize) -> String {
-    let document = serde_json::to_value(scene).unwrap_or_default();
+    let value = values(scene);
     let (of_scene, of_cloth) = cause.fields();
     let whole = of_scene.iter().map(|&field| (field.to_owned(), field.to_owned()));
     let own = of_cloth.iter().chain(&MASSES).map(|field| (format!("cloth[{index}].{field}"), format!("cloth.{index}.{field}")));
-    let nothing = |value: &Value| value.is_null() || *value == 0.0 || value.as_array().is_some_and(Vec::is_empty);
-    let fields = whole.chain(own).filter_map(|(name, path)| {
-        let value = document.pointer(&format!("/{}", path.replace('.', "/")))?;
-        (!nothing(value)).then(|| format!("scene.{name} = {}", shorten(&value.to_string())))
-    });
+    let fields = whole.chain(own).filter_map(|(name, path)| Some(format!("scene.{name}{}", value(&path)?)));
     fields.collect::<Vec<_>>().join(", ")
+}
+
+/// ` = 60` for the path of a field; nothing for one that does nothing.
+#[cfg(feature = "json")]
+fn values(scene: &Scene) -> impl Fn(&str) -> Option<String> {
+    use serde_json::Value;
+
+    let document = serde_json::to_value(scene).unwrap_or_default();
+    let nothing = |value: &Value| value.is_null() || *value == 0.0 || value.as_array().is_some_and(Vec::is_empty);
+    move |path| {
+        let value = document.pointer(&format!("/{}", path.replace('.', "/")))?;
+        (!nothing(value)).then(|| format!(" = {}", crate::scene::shorten(&value.to_string())))
+    }
+}
+
+/// Without JSON fields have no values to show.
+#[cfg(not(feature = "json"))]
+fn values(_: &Scene) -> impl Fn(&str) -> Option<String> {
+    |_| Some(String::new())
 }

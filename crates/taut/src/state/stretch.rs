@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
+use crate::geometry::threads::*;
 use crate::geometry::{CHUNK, Pool, Vectors, arch};
 use crate::model::{ClothRange, Lattice, Model};
 

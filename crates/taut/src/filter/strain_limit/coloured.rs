@@ -10,8 +10,8 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::Vec3;
-use rayon::prelude::*;
 
+use crate::geometry::threads::*;
 use crate::geometry::{CHUNK, Pool, SharedVectors, Vectors};
 use crate::model::Model;
 

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use glam::{Vec4, Vec4Swizzles};
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::super::Measure;
 use super::tiles::TILE;
+use crate::geometry::threads::*;
 use crate::geometry::{Pool, arch, by_axis, by_vector, differences, for_each_chunk, for_each_two_chunks, roots};
 use crate::model::Parents;
 

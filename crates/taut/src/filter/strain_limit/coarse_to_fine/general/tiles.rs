@@ -1,10 +1,9 @@
 //! Where the finest level is over its limit: local correction, the paper's future work.
 
-use rayon::prelude::*;
-
 use super::super::Measure;
 use super::level::Level;
 use crate::geometry::Pool;
+use crate::geometry::threads::*;
 use crate::model::Adjacency;
 
 /// Particles in a tile; near ones have near places, so that a tile is a patch of the cloth.

@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::super::Measure;
 use super::kernels::BLOCK;
 use super::level::Level;
+use crate::geometry::threads::*;
 
 /// Rows in a band of tiles.
 const BAND: usize = 2;
