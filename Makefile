@@ -1,6 +1,7 @@
 # `make demo` shows taut, `make test` checks it; each does all the set-up it needs.
 PYTHON ?= python3
 BIN := .venv/bin
+EXAMPLES := $(basename $(notdir $(wildcard crates/taut/examples/*.rs)))
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
 .PHONY: setup demo test test-rust test-python lint bench targets peers schema figures compare viewer-pictures wind work-precision local-correction drape docs gallery wheel attack sanitize fuzz clean
@@ -37,8 +38,13 @@ lint: setup
 	$(BIN)/zizmor --quiet --offline .github
 	tools/check_js.sh
 
+# The examples run as well; the crate holds together without its features, and as a package.
 test-rust:
 	cargo test --quiet
+	for example in $(EXAMPLES); do cargo run --quiet --package taut --example $$example || exit 1; done
+	cargo clippy --quiet --package taut --no-default-features -- --deny warnings
+	RUSTDOCFLAGS='--deny warnings' cargo doc --quiet --package taut --no-deps
+	cargo package --quiet --package taut --allow-dirty --no-verify
 
 test-python: setup
 	$(BIN)/pytest --quiet --numprocesses auto --dist loadfile

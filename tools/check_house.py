@@ -27,6 +27,7 @@ ENGINE_RULES: dict[str, set[str]] = {
     "prepare": {"scene", "model", "inputs", "schedule", "contact"},
     "step": {"model", "inputs", "schedule", "state", "geometry", "forces", "integrate", "filter", "health"},
     "advance": {"model", "inputs", "schedule", "state", "health", "step"},
+    "world": {"geometry", "scene", "model", "inputs", "state", "prepare", "step", "advance"},
 }
 
 # What the engine never touches: files, clocks, the network, printing.

@@ -1,11 +1,8 @@
-//! taut: cloth that does not stretch.
-//!
-//! A [`scene::Scene`] becomes a [`model::Model`] and its first [`inputs`] ([`prepare`]); [`schedule`] plans a step; [`forces`] make the integrator propose velocities; velocity filters
-//! ([`filter`]) make them admissible; positions advance ([`integrate`]); [`health`] tells how it went. [`step::step`]
-//! is that sentence in code. The engine knows no files, clocks, randomness or printing, and no globals but
-//! the kind of vector registers ([`geometry::choose`]).
-//!
-//! Mathematics and sources: `docs/equations.md`.
+#![doc = include_str!("../README.md")]
+// The rooms: a `scene` becomes a `model` and its first `inputs` (`prepare`); `schedule` plans a step; `forces` make the integrator propose
+// velocities; velocity filters (`filter`) make them admissible; positions advance (`integrate`); `health` tells how it went. `step::step`
+// is that sentence in code, and `world` is what programs see of it. The engine knows no files, clocks, randomness or printing, and no
+// globals but the kind of vector registers (`geometry::choose`). Mathematics and sources: docs/equations.md.
 
 // Hosts use the rooms, and so do tests; the facade uses a part of them.
 #![cfg_attr(not(feature = "internals"), allow(dead_code, unused_imports))]
@@ -25,3 +22,8 @@ macro_rules! rooms {
 rooms! { advance contact filter forces geometry health inputs integrate model prepare schedule state step }
 
 pub mod scene;
+mod world;
+
+pub use scene::{Axis, Bending, Corner, Edge, Fabric, Gust, Keyframe, Pin, SceneError, Up, Weight, Wind};
+pub use state::SnapshotError;
+pub use world::{Body, Cloth, Contact, Error, Pool, Report, World, WorldBuilder};

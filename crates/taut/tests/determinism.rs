@@ -11,6 +11,7 @@ use std::process::Command;
 use common::{Built, Simulation, build, crooked, goldens};
 use serde_json::{Value, json};
 use taut::geometry::{CHUNK, Registers};
+use taut::{Cloth, Edge, Pin, World};
 
 /// Counts the allocations of the current thread.
 struct Counting;
@@ -248,4 +249,11 @@ fn a_step_allocates_nothing() {
     let before = ALLOCATIONS.with(Cell::get);
     run.steps(20);
     assert_eq!(ALLOCATIONS.with(Cell::get), before, "a mesh and a net");
+    let sheet = Cloth::grid([1.0, 1.0], [16, 16]).pin(Pin::edge(Edge::Left));
+    let mut world = World::builder().cloth(sheet).wind([4.0, 2.0, 0.0]).build().expect("a world");
+    let mut frame = || world.step(1.0 / 60.0).expect("stays finite");
+    frame();
+    let before = ALLOCATIONS.with(Cell::get);
+    frame();
+    assert_eq!(ALLOCATIONS.with(Cell::get), before, "the facade");
 }

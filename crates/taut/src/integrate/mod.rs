@@ -35,7 +35,7 @@ use runge_kutta::RungeKutta;
 use verlet::Verlet;
 
 /// A way from one state to a proposal for the next one.
-trait Method: Send {
+trait Method: Send + Sync {
     /// Writes the ends of the step [m] and its last velocities; positions stay. Returns how often it looked at all forces.
     fn propose(&mut self, step: Step<'_>, forces: &mut Forces, pool: &Pool) -> u32;
 }

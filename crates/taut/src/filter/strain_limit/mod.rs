@@ -24,7 +24,7 @@ use crate::schedule::{Plan, Stride};
 use crate::state::State;
 
 /// A way to turn proposed velocities into admissible ones.
-pub(super) trait StrainLimit: Send {
+pub(super) trait StrainLimit: Send + Sync {
     /// Changes the velocities of a state, and with them the ends of the step, so that no spring is longer than
     /// `(1 + lambda) L` there, as far as the method goes.
     fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited;

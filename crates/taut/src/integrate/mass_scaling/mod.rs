@@ -29,7 +29,7 @@ pub(super) struct MassScaling {
 }
 
 /// Levels that can add `S M gains`.
-trait Levels: Send {
+trait Levels: Send + Sync {
     /// `velocities += S M gains` with these shares; gains of what is held are zero.
     fn add(&mut self, shares: &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool);
 }

@@ -145,7 +145,7 @@ struct Cycle {
 }
 
 /// Levels of one cloth. Its particles are numbered from its first.
-trait Levels: Send {
+trait Levels: Send + Sync {
     /// Takes a proposed step: where it begins and where it ends [m]. Coarse levels aim by `room` of their back-off below R.
     fn load(&mut self, positions: &Vectors, ends: &Vectors, room: f32, pool: &Pool);
     /// Takes what coarse levels may not do from now on, until the next step; springs alone, if nothing.

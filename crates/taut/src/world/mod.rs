@@ -1,0 +1,17 @@
+//! Cloth for programs: a builder of scenes, a world that steps, and what it tells. Nothing is decided here.
+
+mod body;
+mod builder;
+mod cloth;
+mod error;
+mod pool;
+mod report;
+mod running;
+
+pub use body::Body;
+pub use builder::WorldBuilder;
+pub use cloth::Cloth;
+pub use error::Error;
+pub use pool::Pool;
+pub use report::Report;
+pub use running::{Contact, World};
