@@ -4,6 +4,8 @@
 // is that sentence in code, and `world` is what programs see of it. The engine knows no files, clocks, randomness or printing, and no
 // globals but the kind of vector registers (`geometry::choose`). Mathematics and sources: docs/equations.md.
 
+// Units stand in brackets: [m] is no link.
+#![allow(rustdoc::broken_intra_doc_links)]
 // Hosts use the rooms, and so do tests; the facade uses a part of them.
 #![cfg_attr(not(feature = "internals"), allow(dead_code, unused_imports))]
 

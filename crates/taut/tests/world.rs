@@ -133,13 +133,20 @@ fn what_is_held_is_where_it_shall_be_and_falls_when_it_is_released() {
     world.lead(0, 0, [0.0, 0.4, 0.2], 2.0).expect("a vertex");
     frames(&mut world, 60);
     let led = world.positions(0).expect("a cloth")[0];
-    assert!((led[1] - 0.4).abs() < 0.01, "led: {led:?}");
-    // A pin is left, and taken up again.
+    assert!((led[1] - 0.4).abs() < 0.03, "led, as far as the cloth around it lets it go: {led:?}");
+}
+
+#[test]
+fn a_pin_is_left_as_far_as_its_springs_reach_and_taken_up_again() {
+    let mut world = world();
     let corner = world.pinned(0, 0).expect("a pin")[0];
     let home = world.positions(0).expect("a cloth")[corner as usize];
     world.hold(0, &[corner], &[[home[0], home[1], home[2] - 0.1]], FRAME).expect("a vertex");
-    frames(&mut world, 1);
-    assert_eq!(world.positions(0).expect("a cloth")[corner as usize][2], home[2] - 0.1);
+    // The vertex beside it is pinned.
+    let report = frames(&mut world, 30);
+    assert!(report.worst_stretch <= 0.05 + 1e-5 && report.held_back_pins > 0, "{report:?}");
+    let height = world.positions(0).expect("a cloth")[corner as usize][2];
+    assert!(height < home[2] - 0.01 && height > home[2] - 0.09, "{height}");
     world.release(0, &[corner]).expect("a vertex");
     frames(&mut world, 30);
     assert_eq!(world.positions(0).expect("a cloth")[corner as usize], home);

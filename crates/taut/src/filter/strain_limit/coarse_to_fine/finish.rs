@@ -68,7 +68,10 @@ impl Finish {
         let Self { around, depth, held, queue, moves } = self;
         levels.over(enough, &mut |[a, b]| {
             let outer = if comes_before(depth, a, b) { b } else { a };
-            queue.put(outer, depth[outer]);
+            // A spring between two held ends is as long as these ask for.
+            if !held[outer] {
+                queue.put(outer, depth[outer]);
+            }
         });
         moves.clear();
         let (mut visits, mut failures) = (0, 0);
