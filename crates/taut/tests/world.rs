@@ -5,6 +5,7 @@ use taut::scene::{Body as BodyOfScene, Solver, Substeps, WindLaw};
 use taut::{
     Axis, Body, Cloth, Corner, Edge, Error, Fabric, Gust, Keyframe, Pin, Pool, Report, Up, Weight, Wind, World, WorldBuilder,
 };
+use xxhash_rust::xxh3::xxh3_64;
 
 const FRAME: f64 = 1.0 / 60.0;
 const NAN: f64 = f64::NAN;
@@ -43,6 +44,7 @@ fn mesh(cells: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     ((0..row * row).map(place).collect(), (0..cells * cells).flat_map(cell).collect())
 }
 
+#[cfg(feature = "json")]
 #[test]
 fn a_world_is_what_the_same_scene_as_json_is() {
     let text = r#"{
@@ -76,6 +78,16 @@ fn a_world_is_what_the_same_scene_as_json_is() {
     assert_eq!(read.snapshot(), typed.snapshot());
 }
 
+/// The same as text, with the mesh beside it.
+#[cfg(feature = "json")]
+fn from_json(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> World {
+    let text = r#"{
+        "wind": { "velocity": [3, 2, 0] },
+        "cloth": [{ "mesh": "a.obj", "strain_limit": 0.03, "pins": [{ "vertices": [42, 48] }] }]
+    }"#;
+    WorldBuilder::from_json(text).expect("a scene").mesh("a.obj", positions, triangles).build().expect("a world")
+}
+
 #[test]
 fn a_mesh_keeps_its_order_and_its_limit() {
     let (positions, triangles) = mesh(6);
@@ -89,6 +101,8 @@ fn a_mesh_keeps_its_order_and_its_limit() {
     assert!(report.worst_stretch <= 0.03 + 1e-5 && report.limited_steps > 0, "{report:?}");
     let now = world.positions(0).expect("a cloth");
     assert_eq!((now[42], now[48]), (positions[42], positions[48]));
+    #[cfg(feature = "json")]
+    assert_eq!(frames(&mut from_json(&positions, &triangles), 60), report);
     // By another route than the report's.
     let length = |of: &[[f32; 3]], a: u32, b: u32| {
         let [a, b] = [a, b].map(|vertex| of[vertex as usize].map(f64::from));
@@ -230,9 +244,15 @@ fn a_snapshot_goes_on_with_the_same_bits() {
     refused(world.restore(b"no snapshot"), "these bytes are not a taut snapshot");
     refused(world.restore(&snapshot[..snapshot.len() - 1]), "the snapshot is damaged");
     refused(world.restore(&self::world().snapshot()), "the snapshot belongs to another scene");
+    // The first position, no number, under a checksum that fits.
+    let mut made_up = snapshot[..snapshot.len() - 8].to_vec();
+    made_up[80..84].copy_from_slice(&f32::NAN.to_le_bytes());
+    made_up.extend(xxh3_64(&made_up).to_le_bytes());
+    refused(world.restore(&made_up), "cloth[0], vertex 0: no longer at a finite place");
     assert_eq!(bits(&world, 0), before);
 }
 
+#[cfg(feature = "threads")]
 #[test]
 fn threads_are_its_own_or_the_hosts_or_none() {
     let asked = || World::builder().cloth(Cloth::grid([1.0, 1.0], [40, 40]).pin(Pin::corner(Corner::TopLeft)));
@@ -348,7 +368,15 @@ fn what_is_wrong_with_a_world_is_refused() {
     refused(moved(&[frame.clone(), vec![[NAN; 3]; 3]], 30.0), "scene.body[0].motion");
     refused(moved(std::slice::from_ref(&frame), NAN), "scene.body[0].motion");
     assert!(moved(&[frame], 30.0).is_ok());
+    #[cfg(feature = "json")]
     refused(WorldBuilder::from_json(r#"{ "cloht": [] }"#), "scene.cloht");
+}
+
+#[cfg(not(feature = "direct"))]
+#[test]
+fn a_filter_that_needs_a_feature_is_refused_without_it() {
+    let solver = Solver { filter: taut::scene::FilterKind::FastProjection, ..Solver::default() };
+    refused(World::builder().cloth(sheet()).solver(solver).build(), "scene.solver.filter = \"fast_projection\"");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! A world that steps.
 
-use std::fmt;
 use std::ops::Range;
+use std::{fmt, mem};
 
 use glam::DVec3;
 
@@ -360,13 +360,17 @@ impl World {
     /// Goes back to a snapshot. What was held then is held again.
     ///
     /// # Errors
-    /// [`Error::Snapshot`]: these bytes are none, are damaged, or are of another world. The world is then as it was before.
+    /// [`Error::Snapshot`]: these bytes are none, are damaged, or are of another world; [`Error::NonFinite`]: they were made up. The world is
+    /// then as it was before.
     pub fn restore(&mut self, snapshot: &[u8]) -> Result<(), Error> {
         let (state, grips) = State::from_bytes(snapshot, &self.model)?;
+        let before = (mem::replace(&mut self.state, state), mem::take(&mut self.inputs.grips));
         self.work.forget_touching();
         self.inputs.take(grips);
-        self.state = state;
-        self.look(0, 0.0).map(drop)
+        self.look(0, 0.0).map(drop).inspect_err(|_| {
+            self.state = before.0;
+            self.inputs.take(before.1);
+        })
     }
 
     /// The vertices of a cloth, among those of all.
