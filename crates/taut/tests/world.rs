@@ -1,5 +1,6 @@
 //! The facade: what it builds is what a scene says, what it is given is checked on every way in, and what it tells is true.
 #![allow(missing_docs)]
+#![cfg_attr(not(all(feature = "json", feature = "threads")), allow(unused_imports))]
 
 use taut::scene::{Body as BodyOfScene, Solver, Substeps, WindLaw};
 use taut::{
