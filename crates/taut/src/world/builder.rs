@@ -87,7 +87,7 @@ impl WorldBuilder {
         self.with(|scene| scene.gravity = Some(gravity.map(Into::into)))
     }
 
-    /// The moving air; it is at rest unless it is given.
+    /// The moving air; without it only the `air_drag` of a cloth slows it.
     #[must_use]
     pub fn wind(self, wind: impl Into<Wind>) -> Self {
         self.with(|scene| scene.wind = Some(wind.into()))

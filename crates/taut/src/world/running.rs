@@ -276,13 +276,13 @@ impl World {
         Ok(())
     }
 
-    /// The moving air; none where it is at rest.
+    /// The moving air; none where none was given, and only the `air_drag` of a cloth slows it.
     #[must_use]
     pub fn wind(&self) -> Option<&Wind> {
         self.wind.as_ref()
     }
 
-    /// Another wind from now on.
+    /// Another wind from now on; its keyframes count from the start of the world. Where it is `[0.0; 3]`, cloth meets still air.
     ///
     /// # Errors
     /// A field of it is out of range.
