@@ -13,7 +13,7 @@ use crate::geometry;
 pub struct Pool(pub(super) Arc<geometry::Pool>);
 
 impl Pool {
-    /// So many threads of its own, the caller's one of them if there is no other. Without the feature `threads`, and where the system
+    /// A pool of so many threads; one is the caller's own. Without the feature `threads`, and where the system
     /// refuses more, it is the caller's alone: see [`Self::threads`].
     ///
     /// # Errors
