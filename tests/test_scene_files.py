@@ -207,6 +207,37 @@ class TestMeshes:
         np.testing.assert_array_equal(simulation.positions, SQUARE)
         assert Simulation(scene.with_settings(["fps=30"])).mass.sum() == simulation.mass.sum()
 
+    def test_a_scene_of_arrays_is_that_of_a_file(self, tmp_path: Path) -> None:
+        (tmp_path / "shirt.obj").write_text(OBJ)
+        cloth = {"name": "shirt", "mesh": "shirt.obj", "fabric": "denim", "pins": [{"vertices": [0, 3]}]}
+        filed = Simulation(Scene({"fps": 30, "cloth": [cloth]}, folder=tmp_path))
+        faces = [[0, 1, 2, 3]]
+        for pins in ([0, 3], np.array([0, 3]), [{"vertices": [0, 3]}]):
+            scene = Scene.from_arrays(
+                SQUARE, faces, pins=pins, scene={"fps": 30}, name="shirt", fabric="denim"
+            )
+            made = Simulation(scene)
+            np.testing.assert_array_equal(made.faces, filed.faces)
+            made.step(20)
+        filed.step(20)
+        assert made.state_hash == filed.state_hash
+        assert not Simulation(Scene.from_arrays(SQUARE, faces)).pinned.any()
+
+    @pytest.mark.parametrize(
+        ("given", "message"),
+        [
+            ({"positions": np.zeros((4, 2))}, r"meshes\['cloth'\] vertices: has shape"),
+            ({"faces": [[0, 1, 9]]}, r"meshes\['cloth'\] faces\[0\].*indices must be from 0 to 3"),
+            ({"pins": [0.5]}, r"cloth\[0\].pins\[0\].vertices"),
+            ({"fabirc": "silk"}, "did you mean `fabric`"),
+            ({"mesh": "shirt.obj"}, "the arrays are the mesh"),
+            ({"scene": {"cloth": []}}, "the arrays are the cloth"),
+        ],
+    )
+    def test_bad_parts_of_a_scene_of_arrays_are_named(self, given: dict[str, Any], message: str) -> None:
+        with pytest.raises(SceneError, match=message):
+            Scene.from_arrays(**{"positions": SQUARE, "faces": [[0, 1, 2, 3]]} | given)
+
     @pytest.mark.parametrize(
         ("name", "message"),
         [

@@ -3,10 +3,11 @@
 import copy
 import json
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from taut import _taut
@@ -85,6 +86,43 @@ class Scene:
         except RecursionError:
             raise SceneError(f"{path}: is nested too deeply; no field of a scene is") from None
         return cls(document, folder=path.parent, sandbox=sandbox)
+
+    @classmethod
+    def from_arrays(
+        cls,
+        positions: ArrayLike,
+        faces: ArrayLike,
+        *,
+        pins: ArrayLike | Sequence[Mapping[str, Any]] = (),
+        scene: Mapping[str, Any] | None = None,
+        meshes: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+        **cloth: Any,
+    ) -> Self:
+        """A scene of one cloth that is given as arrays; they are checked like a mesh file.
+
+        ``Scene.from_arrays(positions, faces, pins=[0, 1], fabric="denim", thickness=0.002)``
+
+        Args:
+            positions: where the cloth lies before it moves, without any strain [m], shape (vertices, 3).
+            faces: triangles or quads, shape (faces, 3) or (faces, 4), from 0.
+            pins: the vertices that are held, shape (n,); or pins as a scene has them, a mapping each.
+            scene: the other fields of the scene: ``{"wind": .., "body": [..], "solver": ..}``.
+            meshes: arrays for bodies of `scene`, as in :class:`Scene`.
+            cloth: the other fields of a cloth: ``fabric``, ``thickness``, ``strain_limit``, ``density``, ..
+
+        Raises:
+            SceneError: as :class:`Scene`; of the arrays as of ``meshes["cloth"]``, or of the ``name`` given.
+        """
+        scene = dict(scene or {})
+        if "cloth" in scene:
+            raise SceneError("scene.cloth: must be left out, the arrays are the cloth; or make a taut.Scene")
+        if "mesh" in cloth:
+            raise SceneError("mesh: must be left out, the arrays are the mesh")
+        held = np.atleast_1d(np.asarray(pins, object)).tolist()
+        given = held if held and isinstance(held[0], Mapping) else [{"vertices": held}] if held else []
+        name = cloth.setdefault("name", "cloth")
+        arrays = {**(meshes or {}), name: (positions, faces)}
+        return cls({**scene, "cloth": [{**cloth, "mesh": name, "pins": given}]}, arrays)
 
     def with_settings(self, settings: Iterable[str]) -> Self:
         """Return this scene with some values changed.
