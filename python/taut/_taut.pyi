@@ -377,5 +377,7 @@ class Engine:
         """
     def external_forces(self) -> NDArray[np.float32]:
         """Gravity, air drag and wind in the present state [N], shape (vertices, 3); zero for pinned ones."""
+    def spring_tensions(self) -> NDArray[np.float64] | None:
+        """Tension of each spring in the last step [N], shape (springs,); ``None``: no step is known."""
     def state_hash(self) -> str:
         """XXH3 hash (16 hexadecimal digits) of positions, velocities and the past."""

@@ -170,6 +170,15 @@ def entry(name: str, value: object, count: int) -> int:
     return number
 
 
+def stretches(
+    places: NDArray[np.float64], springs: NDArray[np.int32], rest_length: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """``|X_uv| / L - 1`` of each spring [1], shape (springs,)."""
+    ends = places[springs]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    return np.asarray(length / rest_length - 1.0, np.float32)
+
+
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """A view of the same numbers that cannot be made writable, as one of an array of NumPy's could."""
     return np.asarray(memoryview(array.data).toreadonly())

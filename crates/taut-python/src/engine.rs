@@ -361,7 +361,7 @@ impl Engine {
             state.past.length = self.schedule.step_length;
         }
         self.running.with(py, |Running { inputs, work, state: now, .. }| {
-            work.forget_touching();
+            work.forget_step();
             // Bodies are on their paths, and those that were moved as far off as they were to go; pins stay beside their paths.
             inputs.settle_bodies();
             inputs.bodies.places(&self.model.bodies, state.time(), &mut state.bodies);
@@ -386,7 +386,7 @@ impl Engine {
     fn restore(&self, py: Python<'_>, snapshot: &[u8]) -> PyResult<()> {
         let read = State::from_bytes(snapshot, &self.model).map_err(|error| PyValueError::new_err(error.to_string()))?;
         self.running.with(py, |Running { state, inputs, work, .. }| {
-            work.forget_touching();
+            work.forget_step();
             inputs.take(read.1);
             *state = read.0;
         })

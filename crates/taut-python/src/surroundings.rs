@@ -2,10 +2,11 @@
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use taut::step::{Waypoint, touches};
+use taut::step::{Waypoint, tensions, touches};
 
 use crate::checks::below;
 use crate::engine::Engine;
+use crate::running::Running;
 use crate::turns::or_error;
 use crate::{arrays, bodies, contacts, intersections};
 
@@ -44,6 +45,11 @@ impl Engine {
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<contacts::Arrays<'py>> {
         let found = self.running.with(py, |running| touches(&running.state, &running.work))?;
         Ok(contacts::arrays(py, &self.model, &found))
+    }
+
+    fn spring_tensions<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let found = self.running.with(py, |Running { state, inputs, work, .. }| tensions(&self.model, state, inputs, work))?;
+        Ok(found.map(|tensions| PyArray1::from_vec(py, tensions)))
     }
 
     fn keep_trace(&self, py: Python<'_>, keep: bool) -> PyResult<()> {

@@ -122,6 +122,7 @@ pub fn advance_in_turns(
     if !matches!(result, Ok(Ok(_))) {
         state.copy_from(&work.before, &pool);
         work.renew(model);
+        work.forget_step();
     }
     result.unwrap_or_else(|panic| resume_unwind(panic))
 }
@@ -145,6 +146,9 @@ fn take(
         let most = turn().ok_or(Failure::Stopped)?.max(1).min(count - summary.steps);
         pool.install(state.positions.len(), || {
             for _ in 0..most {
+                if summary.steps + 1 == count {
+                    work.note(state, dt);
+                }
                 summary.add(step(model, state, inputs, dt, work));
                 if summary.steps == count {
                     // The examination tells more.

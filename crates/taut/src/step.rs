@@ -39,6 +39,8 @@ pub struct Work {
     /// The state before a part of a step that contact may have to halve; before several steps.
     before_part: State,
     pub(crate) before: State,
+    /// Velocities of the motion before the last step [m/s] and its length [s]; zero where that is not known.
+    last: (Vectors, f64),
     /// Where each part of the last steps ended, if that is asked for.
     trace: Option<Vec<Waypoint>>,
     clock: Option<fn() -> f64>,
@@ -75,6 +77,7 @@ impl Work {
             ends: Vectors::zeros(model.particle_count()),
             before_part: if model.contact.is_on { State::new(model) } else { State::default() },
             before: State::new(model),
+            last: (Vectors::zeros(model.particle_count()), 0.0),
             trace: None,
             clock: None,
             bodies: [model.bodies.rest.clone(), model.bodies.rest.clone()],
@@ -120,9 +123,16 @@ impl Work {
         self.filter.set_clock(clock);
     }
 
-    /// Forgets what touched in the last step: the state is no longer its end.
-    pub fn forget_touching(&mut self) {
+    /// Forgets the last step, and what touched in it: the state is no longer its end.
+    pub fn forget_step(&mut self) {
         self.filter.forget_touching();
+        self.last.1 = 0.0;
+    }
+
+    /// Takes down how everything moves before a step of `dt` seconds, of which [`tensions`] may be asked.
+    pub(crate) fn note(&mut self, state: &State, dt: f64) {
+        self.last.0.copy_on(state.of_motion(), &self.pool);
+        self.last.1 = dt;
     }
 
     /// Follows what is held. Levels are tied to it, in the model and in the workspace: both are made anew where that has changed,
@@ -308,5 +318,37 @@ pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work)
     let Work { as_held, filter, pool, plan, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
     pool.install(model.particle_count(), || filter::admit(Stride { model, inputs, plan }, state, filter, pool));
-    work.forget_touching();
+    work.forget_step();
+}
+
+/// Tension of each spring in the last step [N], of the strain limit, too: those nearest to Hooke's law that make what the step did to
+/// momentum ([`health::tensions`]). None where no step is known.
+#[must_use]
+pub fn tensions(model: &Model, state: &State, inputs: &Inputs, work: &mut Work) -> Option<Vec<f64>> {
+    let (touches, pool) = (work.filter.touching(), work.pool());
+    let Work { as_held, forces, plan, last: (before, length), .. } = work;
+    if *length == 0.0 {
+        return None;
+    }
+    let model = as_held.as_ref().unwrap_or(model);
+    let still = Vectors::zeros(model.particle_count());
+    let mut wanted: Vec<DVec3> = pool.install(model.particle_count(), || {
+        // Seen as it moves, without what vibrates within a step; dampers lie along springs, and count as tension.
+        let (inside, outside) = (state.moment_with(&still), state.moment_with(state.of_motion()));
+        crate::forces::inside_and_outside(Stride { model, inputs, plan }, inside, outside, forces, &pool);
+        let gained = |particle| state.of_motion().get(particle).as_dvec3() - before.get(particle).as_dvec3();
+        let told = forces.acceleration();
+        let missing = |particle| gained(particle) / *length - told.get(particle).as_dvec3();
+        let force = |particle: usize| missing(particle) * f64::from(model.particles.mass[particle]);
+        (0..model.particle_count()).map(force).collect()
+    });
+    for touch in touches {
+        let force = (touch.normal * touch.push + touch.hold).as_dvec3() / (plan.length * plan.length);
+        for (vertex, part) in touch.ends {
+            if let Some(wanted) = wanted.get_mut(vertex as usize) {
+                *wanted -= force * f64::from(part);
+            }
+        }
+    }
+    Some(health::tensions(model, state, &wanted))
 }

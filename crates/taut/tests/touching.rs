@@ -79,7 +79,7 @@ fn a_state_from_elsewhere_touches_nothing_yet() {
     let mut run = simulation(&floor(), 0.005, json!([]));
     run.steps(100);
     assert!(!touches(&run.state, &run.work).is_empty());
-    run.work.forget_touching();
+    run.work.forget_step();
     assert!(touches(&run.state, &run.work).is_empty());
     run.steps(1);
     assert!(!touches(&run.state, &run.work).is_empty());

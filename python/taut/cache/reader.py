@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from zarr.storage import LocalStore, StorePath
 
 from taut import _taut
+from taut.arrays import stretches
 from taut.bodies import Body, BodyRange, bodies_at
 from taut.cache import layout, metadata
 from taut.errors import CacheError, did_you_mean
@@ -233,10 +234,7 @@ class Cache:
 
     def stretch(self, frame: int) -> NDArray[np.float32]:
         """``|X_uv| / L - 1`` of each spring [1], shape (springs,); otherwise like :meth:`positions`."""
-        ends = self.exact_positions(frame)[self.springs]
-        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        stretch: NDArray[np.float32] = (length / self.rest_length - 1.0).astype(np.float32)
-        return stretch
+        return stretches(self.exact_positions(frame), self.springs, self.rest_length)
 
     def is_whole(self, frame: int) -> bool:
         """Whether a frame reads back as it was written: its state has the hash that was stored with it.

@@ -1,6 +1,7 @@
 //! How the cloth is doing: a glance after every step, a full examination on demand.
 
 mod grid;
+mod tension;
 
 use std::ops::Range;
 
@@ -16,6 +17,7 @@ use crate::inputs::Inputs;
 use crate::model::{ClothRange, Model};
 use crate::state::{State, longest_of, measure_squares};
 use grid::{Band, GridSprings};
+pub use tension::tensions;
 
 /// What a step did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

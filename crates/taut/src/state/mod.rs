@@ -229,7 +229,13 @@ impl State {
     /// Where it is now.
     #[must_use]
     pub fn moment(&self) -> Moment<'_> {
-        Moment { origins: &self.origins, positions: &self.positions, velocities: &self.velocities, time: self.time() }
+        self.moment_with(&self.velocities)
+    }
+
+    /// The same with other velocities [m/s].
+    #[must_use]
+    pub fn moment_with<'a>(&'a self, velocities: &'a Vectors) -> Moment<'a> {
+        Moment { origins: &self.origins, positions: &self.positions, velocities, time: self.time() }
     }
 
     /// Makes this a copy of `other`, a state of the same model.

@@ -21,6 +21,8 @@ pub struct Touching {
     pub push: f32,
     /// What friction adds to that, across the normal [kg m].
     pub hold: Vec3,
+    /// The vertices of the row, of all cloths and then of all bodies, and the part of both that each takes [1]: below 0 on what pushes.
+    pub ends: [(u32, f32); 4],
 }
 
 impl Rows {
@@ -61,6 +63,7 @@ impl Rows {
                 normal: row.normal * sign,
                 push: row.push,
                 hold: row.hold * sign,
+                ends: [0, 1, 2, 3].map(|end| (vertices[end], row.parts[end] * sign)),
             }
         })
     }
