@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from taut._taut import __version__ as __version__
+    from taut.batch import Batch as Batch
     from taut.cache import Cache as Cache
     from taut.errors import CacheError as CacheError
     from taut.errors import CacheWriteError as CacheWriteError
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "__version__": "taut._taut",
+    "Batch": "taut.batch",
     "Cache": "taut.cache",
     "CacheError": "taut.errors",
     "CacheWriteError": "taut.errors",

@@ -1,5 +1,6 @@
 """The compiled engine. Arrays in, arrays out; every error is one of the exceptions below."""
 
+from collections.abc import Callable
 from typing import TypeAlias, TypedDict, final, type_check_only
 
 import numpy as np
@@ -16,6 +17,7 @@ __all__ = [
     "scene_schema",
     "simd_lanes",
     "state_hash",
+    "step_all",
 ]
 
 __version__: str
@@ -126,6 +128,16 @@ def simd_lanes() -> int:
         SceneError: it names none that there are, or none that the processor has.
     """
 
+def step_all(
+    engines: list[Engine], count: int = 1, dt: float | None = None, threads: int | None = None
+) -> list[Report]:
+    """Have several engines take steps side by side: all of them, or none; see :meth:`Engine.step`.
+
+    Raises:
+        SimulationError: a vertex became non-finite; the world is named.
+        ValueError: no such length is possible; the world is named.
+    """
+
 def state_hash(
     positions: NDArray[np.float32],
     velocities: NDArray[np.float32],
@@ -185,12 +197,34 @@ class Engine:
         """Triangles of all bodies, vertices counted over all bodies, shape (triangles, 3)."""
     def body_positions(self) -> NDArray[np.float64]:
         """Where the vertices of all bodies are now in the world [m], shape (body vertices, 3), a copy."""
-    def shift_body(self, body: int, offset: tuple[float, float, float], over: float) -> None:
-        """Send a body off its path [m] in a time [s]; at once if that is 0.
+    def pose_body(
+        self,
+        body: int,
+        offset: tuple[float, float, float],
+        rotation: tuple[float, float, float] | None,
+        over: float,
+    ) -> None:
+        """Send a body off its path [m] and turn it about its middle, in a time [s]; at once if that is 0.
+
+        The rotation is an axis times an angle [rad]; ``None``: it stays turned as it is.
 
         Raises:
             IndexError: there is no such body.
             ValueError: a number is not finite, or the time below 0.
+        """
+    def form_body(self, body: int, places: NDArray[np.float64], over: float) -> None:
+        """Send the vertices of a body to places [m], shape (vertices of the body, 3), in a time [s].
+
+        Raises:
+            IndexError: there is no such body.
+            ValueError: a wrong shape, a non-finite number, or a time below 0.
+        """
+    def translate(self, cloth: int, offset: tuple[float, float, float]) -> None:
+        """Displace a cloth and what holds it [m]; nothing is thrown.
+
+        Raises:
+            IndexError: there is no such cloth.
+            ValueError: a number is not finite.
         """
     def body_offset(self, body: int) -> tuple[float, float, float]:
         """How far a body is off its path now [m], the mean of its vertices.
@@ -350,8 +384,16 @@ class Engine:
         Raises:
             ValueError: a wrong shape or a non-finite number (which one is named).
         """
-    def step(self, count: int = 1, dt: float | None = None) -> Report:
+    def step(
+        self,
+        count: int = 1,
+        dt: float | None = None,
+        hook: Callable[[NDArray[np.float32], NDArray[np.float32], float], None] | None = None,
+    ) -> Report:
         """Advance by ``count`` steps of ``dt`` seconds (the scene's own); other Python threads run meanwhile.
+
+        The hook is called with positions [m], proposed velocities [m/s], which it may change, and the length
+        of the step [s].
 
         Whatever is raised, by signal handlers too: the state is the one before the call.
 

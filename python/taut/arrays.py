@@ -76,23 +76,23 @@ def chosen(vertices: ArrayLike, count: int) -> list[int]:
     return [int(vertex) for vertex in array]
 
 
-def world_places(targets: ArrayLike, count: int) -> NDArray[np.float64]:
+def world_places(places: ArrayLike, count: int, name: str = "targets") -> NDArray[np.float64]:
     """A place for each of `count` vertices [m], shape (count, 3); one place alone may have the shape (3,).
 
     Raises:
         TypeError: they are no numbers.
         ValueError: a wrong shape, or a number that is not finite or too large.
     """
-    array = _reals("targets", targets, f"numbers of shape {(count, 3)}, a place [m] for each vertex")
+    array = _reals(name, places, f"numbers of shape {(count, 3)}, a place [m] for each vertex")
     if array.shape == (3,) and count == 1:
         array = array.reshape(1, 3)
     if array.shape != (count, 3):
-        raise ValueError(f"targets has shape {array.shape}: must be {(count, 3)}, a place for each vertex")
+        raise ValueError(f"{name} has shape {array.shape}: must be {(count, 3)}, a place for each vertex")
     for index in np.flatnonzero(~np.isfinite(array).all(axis=1))[:1]:
-        raise ValueError(f"targets[{index}] is not finite: {shown(array[index])} must be numbers [m]")
+        raise ValueError(f"{name}[{index}] is not finite: {shown(array[index])} must be numbers [m]")
     for index in np.flatnonzero((abs(array) > FARTHEST).any(axis=1))[:1]:
         raise ValueError(
-            f"targets[{index}] = {shown(array[index])}: must be within {FARTHEST:g} m of the origin"
+            f"{name}[{index}] = {shown(array[index])}: must be within {FARTHEST:g} m of the origin"
         )
     return array
 

@@ -1,36 +1,37 @@
 """A running simulation: NumPy in, NumPy out; the work is done by the compiled engine."""
 
+import copy
 import json
 from collections.abc import Callable, Mapping
-from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from taut import _taut
 from taut.arrays import (
     FARTHEST,
-    SLOWEST,
-    SPEED,
-    chosen,
-    entry,
     read_only,
     real,
+    shown,
     single,
     triple,
     whole,
-    world_places,
 )
+from taut.held import Held
+from taut.intersections import Intersections
 from taut.report import Report
 from taut.scene import Scene
 from taut.scene.plain import plain
-from taut.surrounded import Surrounded
+
+Hook = Callable[[NDArray[np.float32], NDArray[np.float32], float], None]
+"""A filter of one's own, see :meth:`Simulation.step`."""
 
 MOST_STEPS = 2**52
 """Steps that a simulation can have taken when its state is set [1]: the time of more could not be told."""
 
 
-class Simulation(Surrounded):
+class Simulation(Held):
     """A scene that moves. Other Python threads run while it steps."""
 
     def __init__(self, scene: Scene, threads: int | None = None) -> None:
@@ -51,10 +52,14 @@ class Simulation(Surrounded):
 
     def _begin(self) -> None:
         shape = (self._engine.vertex_count, 3)
-        self._state = np.empty(shape, np.float32), np.empty(shape, np.float32)
+        self._write_to(np.empty(shape, np.float32), np.empty(shape, np.float32))
+        self._take(self._engine.report())
+
+    def _write_to(self, positions: NDArray[np.float32], velocities: NDArray[np.float32]) -> None:
+        """Keep the state in these arrays, shape (vertices, 3), from now on."""
+        self._state = positions, velocities
         self._positions, self._velocities = (read_only(array) for array in self._state)
-        self._refresh()
-        self._report = Report(**self._engine.report())
+        self._engine.read_state(*self._state)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies, deep ones and pickled ones too, go on by themselves from the state that there is."""
@@ -78,7 +83,7 @@ class Simulation(Surrounded):
 
         A live, read-only view: the same array shows the new positions after every step; copy it to keep
         it. Assign an array to move the vertices: ``simulation.positions = array``, of type float32 or
-        float64 and the same shape, with finite numbers.
+        float64 and the same shape, with finite numbers. Pins stay on their paths: see :meth:`translate`.
 
         Float32 tells places 1 km from the origin 0.06 mm apart; :attr:`exact_positions` has all digits.
         """
@@ -155,70 +160,7 @@ class Simulation(Surrounded):
         steps = whole("steps", steps, f"a whole number from 0 to {MOST_STEPS}", 0, MOST_STEPS)
         places = single("positions", positions, shape, np.float64 if origins is None else np.float32)
         self._engine.set_state(places, single("velocities", velocities, shape), steps, past, origins)
-        self._refresh()
-        self._report = Report(**self._engine.report())
-
-    # What a user holds while it runs.
-
-    @cached_property
-    def pin_groups(self) -> list[NDArray[np.int32]]:
-        """The vertices of each pin of each cloth, in the scene's order; read-only."""
-        return [read_only(group) for group in self._engine.pin_groups]
-
-    def lead(self, vertex: int, target: ArrayLike, speed: float) -> None:
-        """Lead a vertex by hand in all further steps, until :meth:`release`.
-
-        It keeps its mass, so that the strain limit can hold it back: light hands drag no heavy cloth. Hang a
-        weight on the vertex, in the scene, to make the hand strong.
-
-        Args:
-            vertex: index into :attr:`positions`; a pinned one stays where its pin is.
-            target: where it shall go [m], shape (3,).
-            speed: at most [m/s].
-
-        Raises:
-            IndexError: there is no such vertex.
-            TypeError: something is no number.
-            ValueError: a number is not finite, the target out of reach, or the speed not above 0.
-        """
-        number = entry("vertex", vertex, len(self._positions))
-        self._engine.lead(number, triple("target", target, FARTHEST), real("speed", speed, SPEED, SLOWEST))
-
-    def hold(self, vertices: ArrayLike, targets: ArrayLike, over: float = 0.0) -> None:
-        """Hold vertices, or give vertices that are held other targets.
-
-        What is held goes to its target whatever pulls at it, like a pin of the scene, until :meth:`release`;
-        a pinned vertex leaves its path meanwhile. Where the cloth cannot follow, the filter
-        ``coarse_to_fine`` makes it wait. New targets cost nothing; when other vertices are held, the next
-        step costs about as much as building the simulation.
-
-        Args:
-            vertices: index into :attr:`positions`, or several of them, shape (n,).
-            targets: where they shall be [m], shape (n, 3); for one vertex (3,) will do.
-            over: how long they take to get there [s], in a straight line; 0: until the end of the next step.
-
-        Raises:
-            IndexError: there is no such vertex.
-            TypeError: vertices that are no integers, or something else that is no number.
-            ValueError: a wrong shape, a number that is not finite, or a target out of reach.
-        """
-        numbers = chosen(vertices, len(self._positions))
-        places = world_places(targets, len(numbers))
-        self._engine.hold(numbers, places, real("over", over, "a finite time [s], 0 or longer"))
-
-    def release(self, vertices: ArrayLike) -> None:
-        """Let vertices go that :meth:`hold` or :meth:`lead` holds; they keep their velocities.
-
-        Raises:
-            IndexError: there is no such vertex.
-            TypeError: vertices that are no integers.
-        """
-        self._engine.release(chosen(vertices, len(self._positions)))
-
-    @property
-    def held(self) -> NDArray[np.int32]:
-        """The vertices that :meth:`hold` holds, in rising order, shape (n,)."""
-        return self._engine.held
+        self._take(self._engine.report())
 
     # What acts on it.
 
@@ -251,31 +193,41 @@ class Simulation(Surrounded):
         self._engine.wind = None if value is None else json.dumps(plain(dict(value), "wind"))
         self._told["wind"] = self.wind
 
-    def shift_pins(self, group: int, offset: ArrayLike, speed: float) -> None:
-        """Move a group of :attr:`pin_groups` off its path; where the cloth cannot follow, the pins wait.
+    def translate(self, offset: ArrayLike, cloth: str | None = None) -> Intersections:
+        """Displace cloth as a whole, and what holds it: nothing is thrown, as it is by :attr:`positions`.
+
+        Velocities stay, and what an integrator remembers; pins go along with their paths, and what is held or
+        led with its targets. Cloth that intersects something then comes apart in the next steps, as at a
+        start.
 
         Args:
-            group: index into :attr:`pin_groups`.
-            offset: how far off its path it shall be [m], shape (3,).
-            speed: at most [m/s]; infinite: at once.
+            offset: how far [m], shape (3,).
+            cloth: name of one cloth; all of them when left out.
+
+        Returns:
+            Where cloth intersects something now; it is for you to look at.
 
         Raises:
-            IndexError: there is no such group.
+            KeyError: there is no such cloth.
             TypeError: something is no number.
-            ValueError: a number is not finite, the offset too large, or the speed not above 0.
+            ValueError: a number is not finite, or the offset too large.
         """
-        number = entry("group", group, len(self.pin_groups))
-        self._engine.shift_pins(
-            number, triple("offset", offset, FARTHEST), real("speed", speed, SPEED, SLOWEST)
-        )
+        way = triple("offset", offset, FARTHEST)
+        names = [one.name for one in self.cloths]
+        if cloth is not None and cloth not in names:
+            raise KeyError(f"cloth = {shown(cloth)}: must be one of {', '.join(names)}")
+        for number, name in enumerate(names):
+            if cloth in (None, name):
+                self._engine.translate(number, way)
+        self._take(self._engine.report())
+        return self.intersections()
 
-    def pin_offset(self, group: int) -> NDArray[np.float64]:
-        """How far a group of :attr:`pin_groups` is off its path now [m], shape (3,).
+    def clone(self) -> Self:
+        """Another simulation that goes on by itself from the state that there is, with all that holds it.
 
-        Raises:
-            IndexError: there is no such group.
+        :mod:`pickle` does the same across processes. The model is built anew.
         """
-        return np.array(self._engine.pin_offset(entry("group", group, len(self.pin_groups))))
+        return copy.copy(self)
 
     def admit(self) -> None:
         """Move vertices until no spring is over its limit.
@@ -285,8 +237,7 @@ class Simulation(Surrounded):
         nothing.
         """
         self._engine.admit()
-        self._refresh()
-        self._report = Report(**self._engine.report())
+        self._take(self._engine.report())
 
     @property
     def report(self) -> Report:
@@ -321,10 +272,9 @@ class Simulation(Surrounded):
             kind = type(snapshot).__name__
             raise TypeError(f"snapshot is a {kind}: must be bytes, as from Simulation.snapshot()")
         self._engine.restore(snapshot)
-        self._refresh()
-        self._report = Report(**self._engine.report())
+        self._take(self._engine.report())
 
-    def step(self, n: int = 1, dt: float | None = None) -> Report:
+    def step(self, n: int = 1, dt: float | None = None, hook: Hook | None = None) -> Report:
         """Advance by `n` steps: all of them, or none.
 
         Ctrl-C is answered within a fraction of a second; as after any exception, the state is then the one
@@ -333,6 +283,13 @@ class Simulation(Surrounded):
         Args:
             n: how many [1].
             dt: how long each of them is [s]; :attr:`step_length` when left out. Each call has its own.
+            hook: a filter of your own, called as ``hook(positions, velocities, dt)`` with what forces propose
+                before the strain limit and contact make it admissible. It gets positions at the start of the
+                step [m] and the velocities that lead to its end [m/s], both of shape (vertices, 3), and the
+                length of the step [s]; what it writes into ``velocities`` is what the step goes on with. What
+                is held keeps its own. Contact and fast bodies have steps taken in parts, each of which is
+                proposed, some of them twice. The hook runs in a thread of the engine, and must not call this
+                simulation; whatever it raises ends the call.
 
         Raises:
             SimulationError: a vertex became non-finite.
@@ -342,9 +299,9 @@ class Simulation(Surrounded):
         n = whole("n", n, f"1 or more steps, at most {MOST_STEPS}", 1, MOST_STEPS)
         if dt is not None:
             dt = real("dt", dt, "a length of time [s]")
-        self._report = Report(**self._engine.step(n, dt))
-        self._refresh()
-        return self._report
+        if hook is not None and not callable(hook):
+            raise TypeError(f"hook is a {type(hook).__name__}: must be a function, or None")
+        return self._take(self._engine.step(n, dt, hook))
 
     def run(self, frames: int, on_frame: Callable[["Simulation"], Any] | None = None) -> Report:
         """Advance by frames of :attr:`substeps` steps each; :func:`taut.record` writes them to a cache.
@@ -380,8 +337,11 @@ class Simulation(Surrounded):
         """
         return self._engine.yardstick(whole("repeats", repeats, "1 or more passes", 1, MOST_STEPS))
 
-    def _refresh(self) -> None:
+    def _take(self, told: "_taut.Report") -> Report:
+        """Show the state that the engine has reached, and what it tells of that."""
         self._engine.read_state(*self._state)
+        self._report = Report(**told)
+        return self._report
 
 
 def _again(

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from taut.arrays import FARTHEST, real, shown, stretches, triple
+from taut.arrays import FARTHEST, real, shown, stretches, triple, world_places
 from taut.bodies import Body, bodies_at
 from taut.contacts import Contacts, contacts_of
 from taut.errors import SimulationError
@@ -47,9 +47,54 @@ class Surrounded(Simulated):
             TypeError: something is no number.
             ValueError: a number is not finite, the offset too large, or the time below 0.
         """
+        self._pose(body, offset, None, over)
+
+    def pose_body(self, body: str, offset: ArrayLike, rotation: ArrayLike, over: float = 0.0) -> None:
+        """Turn a body as well; otherwise like :meth:`shift_body`, which leaves it turned.
+
+        First the body turns about its middle, the mean of its vertices (a plane about its point), then it is
+        displaced. It turns evenly and the shorter way from how it is turned; lead it by less than half a turn
+        a call.
+
+        Args:
+            body: its name.
+            offset: how far off its path its middle shall be [m], shape (3,).
+            rotation: how it shall be turned against its path: the axis times the angle [rad], shape (3,).
+            over: how long that takes [s].
+
+        Raises:
+            KeyError: there is no such body.
+            TypeError: something is no number.
+            ValueError: a number is not finite, the offset too large, or the time below 0.
+        """
+        self._pose(body, offset, triple("rotation", rotation), over)
+
+    def _pose(
+        self, body: str, offset: ArrayLike, rotation: tuple[float, float, float] | None, over: float
+    ) -> None:
+        number, way = self._body_number(body), triple("offset", offset, FARTHEST)
+        self._engine.pose_body(number, way, rotation, real("over", over, "a finite time [s], 0 or longer"))
+
+    def set_body_vertices(self, body: str, positions: ArrayLike, over: float = 0.0) -> None:
+        """Tell where the vertices of a body shall be: a body that is animated elsewhere.
+
+        Each goes in a straight line from where it is, and stays there: the body has left the path that the
+        scene gives it, and whatever moved it off that. Where the cloth cannot give way, the body waits, as in
+        :meth:`shift_body`. Give the vertices of each frame, with the time of a frame.
+
+        Args:
+            body: its name.
+            positions: places in the world [m], as in ``simulation.bodies[body].positions``.
+            over: how long that takes [s]; 0: they are there now, whatever lies between.
+
+        Raises:
+            KeyError: there is no such body.
+            TypeError: something is no number.
+            ValueError: a wrong shape, a number that is not finite or too large, or a time below 0.
+        """
         number = self._body_number(body)
-        way = triple("offset", offset, FARTHEST)
-        self._engine.shift_body(number, way, real("over", over, "a finite time [s], 0 or longer"))
+        places = world_places(positions, self.body_ranges[number].vertices, "positions")
+        self._engine.form_body(number, places, real("over", over, "a finite time [s], 0 or longer"))
 
     def body_offset(self, body: str) -> NDArray[np.float64]:
         """How far a body is off its path now [m], shape (3,): sent by :meth:`shift_body`, held back by cloth.

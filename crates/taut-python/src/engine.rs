@@ -15,6 +15,7 @@ use taut::state::{Clock, State};
 use taut::step::{Work, admit, external};
 
 use crate::checks::{affordable, below, duration, explain, movable, scene_with, workers};
+use crate::host::Caller;
 use crate::report::report;
 use crate::running::{Guarded, Running};
 use crate::turns::{Turns, or_error};
@@ -33,16 +34,16 @@ pub struct Engine {
 type Timed<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f32>>);
 
 impl Engine {
-    fn advance<'py>(&self, py: Python<'py>, count: u64, dt: f64) -> PyResult<Bound<'py, PyDict>> {
-        let mut turns = Turns::new();
+    fn advance<'py>(&self, py: Python<'py>, count: u64, dt: f64, hook: Option<Py<PyAny>>) -> PyResult<Bound<'py, PyDict>> {
+        let mut caller = Caller { turns: Turns::new(), hook, guarded: &self.running };
         let (result, time) = or_error(|| {
             self.running.with(py, |Running { state, inputs, work, .. }| {
-                (advance_in_turns(&self.model, state, inputs, dt, count, work, &mut || turns.next()), state.time())
+                (advance_in_turns(&self.model, state, inputs, dt, count, work, &mut caller), state.time())
             })
         })??;
         match result {
             Ok(summary) => report(py, &summary, time),
-            Err(failure) => Err(turns.raised.unwrap_or_else(|| explain(&self.model, failure))),
+            Err(failure) => Err(caller.turns.raised.unwrap_or_else(|| explain(&self.model, failure))),
         }
     }
 
@@ -168,7 +169,7 @@ impl Engine {
     }
 
     #[getter]
-    fn step_length(&self) -> f64 {
+    pub(crate) fn step_length(&self) -> f64 {
         self.schedule.step_length
     }
 
@@ -369,13 +370,13 @@ impl Engine {
         })
     }
 
-    #[pyo3(signature = (count=1, dt=None))]
-    fn step<'py>(&self, py: Python<'py>, count: u64, dt: Option<f64>) -> PyResult<Bound<'py, PyDict>> {
-        self.advance(py, count, dt.unwrap_or(self.schedule.step_length))
+    #[pyo3(signature = (count=1, dt=None, hook=None))]
+    fn step<'py>(&self, py: Python<'py>, count: u64, dt: Option<f64>, hook: Option<Py<PyAny>>) -> PyResult<Bound<'py, PyDict>> {
+        self.advance(py, count, dt.unwrap_or(self.schedule.step_length), hook)
     }
 
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.advance(py, 0, self.schedule.step_length)
+        self.advance(py, 0, self.schedule.step_length, None)
     }
 
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {

@@ -1,10 +1,12 @@
 //! The Python surface of taut: arrays in, arrays out, errors mapped. No logic of its own.
 
 mod arrays;
+mod batch;
 mod bodies;
 mod checks;
 mod contacts;
 mod engine;
+mod host;
 mod intersections;
 mod memory;
 mod pools;
@@ -66,6 +68,7 @@ fn _taut(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scene_schema, module)?)?;
     module.add_function(wrap_pyfunction!(resolve_scene, module)?)?;
     module.add_function(wrap_pyfunction!(simd_lanes, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::step_all, module)?)?;
     module.add_function(wrap_pyfunction!(footprint, module)?)?;
     module.add_function(wrap_pyfunction!(turns::break_next_step, module)?)?;
     module.add_function(wrap_pyfunction!(arrays::state_hash, module)?)

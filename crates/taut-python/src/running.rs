@@ -50,7 +50,9 @@ impl Guarded {
         let user = || self.user.lock().unwrap_or_else(PoisonError::into_inner);
         if *user() == Some(thread::current().id()) {
             // It would wait for itself for ever.
-            return Err(SimulationError::new_err("a signal handler must not use the simulation that it interrupts"));
+            return Err(SimulationError::new_err(
+                "a hook or a signal handler must not use the simulation that it interrupts",
+            ));
         }
         Ok(py.detach(|| {
             let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
@@ -59,6 +61,15 @@ impl Guarded {
             *user() = None;
             result.unwrap_or_else(|panic| resume_unwind(panic))
         }))
+    }
+
+    /// What `work` returns, which the thread that uses it now has asked of this one: it must not use it, either.
+    pub fn lent<R>(&self, work: impl FnOnce() -> R) -> R {
+        let user = || self.user.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = user().replace(thread::current().id());
+        let result = work();
+        *user() = before;
+        result
     }
 
     /// Starts threads in a process that is a child of the one whose threads there were. Python lets no other thread come between.

@@ -1,10 +1,11 @@
 //! What is around the cloths of a simulation, and how steps went: more members of [`Engine`].
 
+use glam::DVec3;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use taut::step::{Waypoint, tensions, touches};
 
-use crate::checks::below;
+use crate::checks::{below, duration, movable};
 use crate::engine::Engine;
 use crate::running::Running;
 use crate::turns::or_error;
@@ -32,9 +33,27 @@ impl Engine {
         or_error(|| py.detach(|| intersections::find(&self.model, &state)))
     }
 
-    fn shift_body(&self, py: Python<'_>, body: usize, offset: [f64; 3], over: f64) -> PyResult<()> {
-        bodies::check_shift(&self.model, body, offset, over)?;
-        self.running.with(py, |running| bodies::shift(&self.model, running, body, offset.into(), over))
+    #[pyo3(signature = (body, offset, rotation, over))]
+    fn pose_body(&self, py: Python<'_>, body: usize, offset: [f64; 3], rotation: Option<[f64; 3]>, over: f64) -> PyResult<()> {
+        bodies::check_pose(&self.model, body, offset, rotation, over)?;
+        self.running.with(py, |running| bodies::pose(&self.model, running, body, offset.into(), rotation.map(DVec3::from), over))
+    }
+
+    fn form_body(&self, py: Python<'_>, body: usize, places: &Bound<'_, PyAny>, over: f64) -> PyResult<()> {
+        below("body", body, self.model.bodies.list.len())?;
+        duration("over", over)?;
+        let places = arrays::places("places", places, Some(self.model.bodies.list[body].vertices.len()))?;
+        self.running.with(py, |running| bodies::form(&self.model, running, body, places.into(), over))
+    }
+
+    fn translate(&self, py: Python<'_>, cloth: usize, offset: [f64; 3]) -> PyResult<()> {
+        below("cloth", cloth, self.model.cloths.len())?;
+        movable("offset", offset, 1.0)?;
+        self.running.with(py, |Running { state, inputs, work, .. }| {
+            inputs.translate(&self.model, cloth, offset.into());
+            state.translate(&self.model, cloth, offset.into());
+            work.forget_step();
+        })
     }
 
     fn body_offset(&self, py: Python<'_>, body: usize) -> PyResult<[f64; 3]> {

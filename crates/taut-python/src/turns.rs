@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use crate::SimulationError;
 
 /// Signals are looked for about this often.
-const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
+pub const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
 
 /// How many steps to take before signals are looked for again.
 pub struct Turns {

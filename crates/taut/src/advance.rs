@@ -9,7 +9,7 @@ use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::schedule::BadLength;
 use crate::state::State;
-use crate::step::{Work, glance, inspect, step};
+use crate::step::{Content, Host, Work, glance, inspect, step_for};
 
 /// What happened during several steps.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -93,10 +93,10 @@ pub fn advance(
     count: u64,
     work: &mut Work,
 ) -> Result<Summary, Failure> {
-    advance_in_turns(model, state, inputs, dt, count, work, &mut || Some(u64::MAX))
+    advance_in_turns(model, state, inputs, dt, count, work, &mut Content)
 }
 
-/// As [`advance`], asking `turn` again and again how many steps to take without asking; with nothing for an answer it stops. The
+/// As [`advance`], asking `host` again and again how many steps to take without asking; with nothing for an answer it stops. The
 /// steps are the same whatever the answers.
 ///
 /// # Errors
@@ -108,7 +108,7 @@ pub fn advance_in_turns(
     dt: f64,
     count: u64,
     work: &mut Work,
-    turn: &mut dyn FnMut() -> Option<u64>,
+    host: &mut dyn Host,
 ) -> Result<Summary, Failure> {
     if count > 0 {
         work.schedule().check(model, dt)?;
@@ -117,14 +117,19 @@ pub fn advance_in_turns(
     let pool = work.pool();
     pool.install(state.positions.len(), || work.before.copy_from(state, &pool));
     // What is left half done by a panic is put back below.
-    let steps = AssertUnwindSafe(|| take(model, state, inputs, dt, count, work, turn));
+    let steps = AssertUnwindSafe(|| take(model, state, inputs, dt, count, work, host));
     let result = catch_unwind(steps);
     if !matches!(result, Ok(Ok(_))) {
-        state.copy_from(&work.before, &pool);
-        work.renew(model);
-        work.forget_step();
+        undo(model, state, work);
     }
     result.unwrap_or_else(|panic| resume_unwind(panic))
+}
+
+/// Takes the last call of [`advance`] back.
+pub fn undo(model: &Model, state: &mut State, work: &mut Work) {
+    state.copy_from(&work.before, &work.pool());
+    work.renew(model);
+    work.forget_step();
 }
 
 fn take(
@@ -134,7 +139,7 @@ fn take(
     dt: f64,
     count: u64,
     work: &mut Work,
-    turn: &mut dyn FnMut() -> Option<u64>,
+    host: &mut dyn Host,
 ) -> Result<Summary, Failure> {
     let (pool, mut summary) = (work.pool(), Summary::default());
     let found = |summary: &mut Summary, state: &State, work: &mut Work| {
@@ -143,13 +148,13 @@ fn take(
         summary.last.non_finite.map(non_finite).map_or(Ok(()), Err)
     };
     while summary.steps < count {
-        let most = turn().ok_or(Failure::Stopped)?.max(1).min(count - summary.steps);
+        let most = host.turn().ok_or(Failure::Stopped)?.max(1).min(count - summary.steps);
         pool.install(state.positions.len(), || {
             for _ in 0..most {
                 if summary.steps + 1 == count {
                     work.note(state, dt);
                 }
-                summary.add(step(model, state, inputs, dt, work));
+                summary.add(step_for(model, state, inputs, dt, work, host).ok_or(Failure::Stopped)?);
                 if summary.steps == count {
                     // The examination tells more.
                     break;

@@ -10,7 +10,7 @@ use crate::forces::Forces;
 use crate::geometry::{Pool, Times, Vectors};
 use crate::health::{self, Glance, Health, StateReport, StepReport};
 use crate::inputs::{Inputs, Ramp};
-use crate::integrate::{self, Integrator};
+use crate::integrate::{self, Integrator, Proposal};
 use crate::model::Model;
 use crate::schedule::{Parts, Plan, Schedule, Stride};
 use crate::state::State;
@@ -206,9 +206,47 @@ impl Work {
     }
 }
 
-/// Advances by one step of `dt` seconds under what acts from outside; in several parts where bodies would go further than a cell of the
-/// cloth, and where a step would have to be cut since something would cross something else.
+/// Who asks for steps, and may be asked meanwhile.
+pub trait Host: Send {
+    /// How many steps to take without asking again; none ends them.
+    fn turn(&mut self) -> Option<u64> {
+        Some(u64::MAX)
+    }
+
+    /// Looks at every proposal before the filter does, and may change it; false ends the steps. Of a step in several parts each is
+    /// proposed, some of them twice, in halves.
+    fn look(&mut self, _: Proposal<'_>) -> bool {
+        true
+    }
+}
+
+/// One that wants all steps as they come.
+pub struct Content;
+
+impl Host for Content {}
+
+impl<F: FnMut() -> Option<u64> + Send> Host for F {
+    fn turn(&mut self) -> Option<u64> {
+        self()
+    }
+}
+
+/// Advances by one step of `dt` seconds under what acts from outside.
 pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
+    step_for(model, state, inputs, dt, work, &mut Content).unwrap_or_default()
+}
+
+/// Advances by one step of `dt` seconds under what acts from outside; in several parts where bodies would go further than a cell of the
+/// cloth, and where a step would have to be cut since something would cross something else. None if the host ends
+/// it; the state is then of no use.
+pub fn step_for(
+    model: &Model,
+    state: &mut State,
+    inputs: &Inputs,
+    dt: f64,
+    work: &mut Work,
+    host: &mut dyn Host,
+) -> Option<StepReport> {
     let mut parts = Parts::new(work.parts(model, state, inputs, dt), state.halving);
     let end = state.clock.next(dt);
     let (mut all, mut given_up): (Option<StepReport>, _) = (None, Times::default());
@@ -217,7 +255,7 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
         if parts.can_be_halved() {
             work.before_part.copy_from(state, &pool);
         }
-        let report = one_step(model, state, inputs, part * dt, work);
+        let report = one_step(model, state, inputs, part * dt, work, host)?;
         let was_cut = report.limited.contact_cuts > 0;
         if was_cut && parts.can_be_halved() {
             state.copy_from(&work.before_part, &pool);
@@ -234,10 +272,17 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
     state.clock = end;
     state.halving = state.halving.map(|before| parts.remember(before));
     let all = all.unwrap_or_default();
-    StepReport { halved: u32::from(parts.was_halved()), times: all.times.and(given_up), ..all }
+    Some(StepReport { halved: u32::from(parts.was_halved()), times: all.times.and(given_up), ..all })
 }
 
-fn one_step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &mut Work) -> StepReport {
+fn one_step(
+    model: &Model,
+    state: &mut State,
+    inputs: &Inputs,
+    dt: f64,
+    work: &mut Work,
+    host: &mut dyn Host,
+) -> Option<StepReport> {
     work.follow(model, inputs); // what is held -> levels
     work.follow_limits(model, inputs, state.clock.next(dt).time());
     work.plan(model, dt); // dt -> parts of the step
@@ -247,9 +292,12 @@ fn one_step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
         state.follow(stride.model, pool); // origins stay near cloths that travel
         filter::hold(stride, state); // paths, targets, hands -> v of what is held
         let evaluations = integrate::propose(stride, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
+        if !host.look(Proposal::new(stride, state, ends, integrator)) {
+            return None;
+        }
         let limited = filter::apply(stride, state, ends, filter, pool); // x*, v* -> admissible ones
         let repaired = integrate::advance(stride, state, ends, forces, integrator, pool); // x = x*
-        StepReport { evaluations, limited, repaired, halved: 0, times: filter.take_times() }
+        Some(StepReport { evaluations, limited, repaired, halved: 0, times: filter.take_times() })
     })
 }
 

@@ -92,7 +92,7 @@ fn a_shifted_body_pushes_cloth_before_it_and_nothing_crosses_it() {
         0.0,
         json!([{ "vertices": [0] }, { "vertices": [12] }, { "vertices": [156] }, { "vertices": [168] }]),
     );
-    run.inputs.shift_body(BodyShift { body: 0, from: DVec3::ZERO, to: DVec3::Z * 0.8, start: 0.0, arrival: 0.2 });
+    run.inputs.shift_body(BodyShift { to: DVec3::Z * 0.8, arrival: 0.2, ..BodyShift::constant(0, DVec3::ZERO) });
     let middle = |state: &State| state.bodies[0];
     for step in 1..=run.model.schedule.substeps * 60 {
         run.steps(1);
@@ -111,7 +111,7 @@ fn a_shifted_body_pushes_cloth_before_it_and_nothing_crosses_it() {
 #[test]
 fn snapshots_hold_where_bodies_were_sent() {
     let mut run = simulation(&ball(), 0.0, json!([{ "vertices": [0] }]));
-    run.inputs.shift_body(BodyShift { body: 0, from: DVec3::ZERO, to: DVec3::X, start: 0.0, arrival: 0.5 });
+    run.inputs.shift_body(BodyShift { to: DVec3::X, arrival: 0.5, ..BodyShift::constant(0, DVec3::ZERO) });
     run.steps(10);
     let bytes = run.state.to_bytes(&run.model, &run.inputs.grips);
     let mut again = simulation(&ball(), 0.0, json!([{ "vertices": [0] }]));

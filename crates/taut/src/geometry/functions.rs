@@ -45,6 +45,16 @@ pub fn turn_about(axis: DVec3, degrees: f64) -> DQuat {
     DQuat::from_xyzw(along.x, along.y, along.z, libm::cos(half))
 }
 
+/// The shortest turn from one rotation to another: its axis times its angle [rad].
+#[must_use]
+pub fn turn_between(from: DQuat, to: DQuat) -> DVec3 {
+    let between = to * from.conjugate();
+    let between = if between.w < 0.0 { -between } else { between };
+    let along = between.xyz();
+    let sine = along.length();
+    if sine == 0.0 { DVec3::ZERO } else { along * (2.0 * libm::atan2(sine, between.w) / sine) }
+}
+
 #[cfg(test)]
 mod tests {
     use glam::EulerRot;

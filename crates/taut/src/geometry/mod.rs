@@ -16,7 +16,7 @@ mod sine;
 mod vectors;
 mod watch;
 
-pub use functions::{cbrt, exp2, hypot, power, turn, turn_about};
+pub use functions::{cbrt, exp2, hypot, power, turn, turn_about, turn_between};
 pub use parallel::{CHUNK, for_each_chunk, for_each_part, for_each_two_chunks, sum_of_chunks, sum_over_chunks};
 pub use pool::Pool;
 pub use quads::{by_axis, by_vector, differences, fill_quads, roots};

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
-use super::BodyShift;
 use super::paths::{Followed, NEAR};
 use super::travel::Travel;
-use crate::model::{Bodies, Body, Model};
+use super::{BodyForm, BodyShift};
+use crate::model::{Bodies, Body, BodyShape, Model};
 use crate::scene::{self, Scene, SceneError};
 
 /// The path of a body.
@@ -27,6 +27,8 @@ pub struct BodyPaths {
     paths: Vec<Path>,
     /// Of the bodies that are off their paths.
     shifts: Vec<BodyShift>,
+    /// Of the bodies that have none, since their vertices are told.
+    forms: Vec<BodyForm>,
 }
 
 impl BodyPaths {
@@ -40,20 +42,32 @@ impl BodyPaths {
             check(&model.bodies, body, array).map_err(refuse)?;
             Ok(Path::Followed(array.clone(), array.rate.unwrap_or(scene.fps)))
         });
-        Ok(Self { paths: paths.collect::<Result<_, _>>()?, shifts: Vec::new() })
+        Ok(Self { paths: paths.collect::<Result<_, _>>()?, shifts: Vec::new(), forms: Vec::new() })
     }
 
-    /// Moves bodies off their paths; all others are on theirs.
-    pub(super) fn shift(&mut self, shifts: &[BodyShift]) {
+    /// Moves bodies off their paths, or tells their vertices; all others are on theirs.
+    pub(super) fn take(&mut self, shifts: &[BodyShift], forms: &[BodyForm]) {
         // One that went back to its path is as one that was never moved.
-        let off = |shift: &&BodyShift| shift.from != DVec3::ZERO || shift.to != DVec3::ZERO;
-        self.shifts = shifts.iter().filter(off).copied().collect();
+        let is_on =
+            |shift: &BodyShift| BodyShift { start: 0.0, arrival: 0.0, ..*shift } == BodyShift::constant(shift.body, DVec3::ZERO);
+        self.shifts = shifts.iter().filter(|shift| !is_on(shift)).copied().collect();
+        self.forms = forms.to_vec();
     }
 
     /// How far a body is off its path at `time` [m].
     #[must_use]
     pub fn shift_of(&self, body: usize, time: f64) -> DVec3 {
-        self.shifts.iter().find(|shift| shift.body == body).map_or(DVec3::ZERO, |shift| shift.at(time))
+        self.shift(body).map_or(DVec3::ZERO, |shift| shift.at(time))
+    }
+
+    /// How a body is turned off its path at `time`.
+    #[must_use]
+    pub fn rotation_of(&self, body: usize, time: f64) -> DQuat {
+        self.shift(body).map_or(DQuat::IDENTITY, |shift| shift.rotation(time))
+    }
+
+    fn shift(&self, body: usize) -> Option<&BodyShift> {
+        self.shifts.iter().find(|shift| shift.body == body)
     }
 
     /// Writes where the vertices of all bodies are at `time` [s] in the world [m].
@@ -63,15 +77,25 @@ impl BodyPaths {
     pub fn places(&self, bodies: &Bodies, time: f64, places: &mut [DVec3]) {
         self.places_of_paths(bodies, time, places);
         for shift in &self.shifts {
-            let offset = shift.at(time);
-            places[bodies.list[shift.body].vertices.clone()].iter_mut().for_each(|place| *place += offset);
+            let (body, offset, rotation) = (&bodies.list[shift.body], shift.at(time), shift.rotation(time));
+            let places = &mut places[body.vertices.clone()];
+            // What has not turned is where it was to the last bit.
+            if rotation != DQuat::IDENTITY {
+                let middle = middle(body, places);
+                places.iter_mut().for_each(|place| *place = middle + rotation * (*place - middle));
+            }
+            places.iter_mut().for_each(|place| *place += offset);
         }
     }
 
     fn places_of_paths(&self, bodies: &Bodies, time: f64, places: &mut [DVec3]) {
         places.copy_from_slice(&bodies.rest);
-        for (body, path) in bodies.list.iter().zip(&self.paths) {
+        for (index, (body, path)) in bodies.list.iter().zip(&self.paths).enumerate() {
             let places = &mut places[body.vertices.clone()];
+            if let Some(form) = self.forms.iter().find(|form| form.body == index) {
+                form.write(time, places);
+                continue;
+            }
             match path {
                 Path::Still => {}
                 Path::Moved(travel) => {
@@ -92,12 +116,20 @@ impl BodyPaths {
         for (turn, path) in turns.iter_mut().zip(&self.paths) {
             *turn = if let Path::Moved(travel) = path { travel.turned(times) } else { DVec3::ZERO };
         }
+        for form in &self.forms {
+            turns[form.body] = DVec3::ZERO;
+        }
+        for shift in &self.shifts {
+            let rotation = shift.rotation(times[0]);
+            turns[shift.body] = shift.turned_between(times)
+                + if rotation == DQuat::IDENTITY { turns[shift.body] } else { rotation * turns[shift.body] };
+        }
     }
 
     /// Whether any body ever moves, or was moved.
     #[must_use]
     pub fn any_moves(&self) -> bool {
-        !self.shifts.is_empty() || (0..self.paths.len()).any(|body| self.moves(body))
+        !self.shifts.is_empty() || !self.forms.is_empty() || (0..self.paths.len()).any(|body| self.moves(body))
     }
 
     /// Whether the vertices of a body move each for itself.
@@ -111,6 +143,11 @@ impl BodyPaths {
     pub fn moves(&self, body: usize) -> bool {
         self.paths[body] != Path::Still
     }
+}
+
+/// What a body turns about: the mean of its vertices, of a plane its point.
+fn middle(body: &Body, places: &[DVec3]) -> DVec3 {
+    if body.shape == BodyShape::Plane { places[0] } else { places.iter().sum::<DVec3>() / places.len() as f64 }
 }
 
 /// The path of a body without a motion.

@@ -4,9 +4,11 @@
 //! A held particle has no mass while it is held, as a pin of the scene: it goes where it is told. A led particle keeps its mass: it
 //! goes where the hand says unless the strain limit holds it back, and a hand that asks for the impossible stays behind its target.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
-use super::BodyShift;
+use super::{BodyForm, BodyShift};
 
 /// All that is held.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -19,6 +21,8 @@ pub struct Grips {
     shifts: Vec<Shift>,
     /// Of the bodies that were moved.
     body_shifts: Vec<BodyShift>,
+    /// Of the bodies whose vertices were told.
+    body_forms: Vec<BodyForm>,
 }
 
 /// Where a held particle goes.
@@ -99,6 +103,22 @@ impl Grips {
         self.body_shifts.push(shift);
     }
 
+    /// Tells the vertices of a body, which is on no path then, nor off it.
+    pub fn form_body(&mut self, form: BodyForm) {
+        self.body_shifts.retain(|other| other.body != form.body);
+        self.body_forms.retain(|other| other.body != form.body);
+        self.body_forms.push(form);
+    }
+
+    /// Displaces all that is held of a cloth [m]: its particles and the targets of those, and its pin groups.
+    pub fn translate(&mut self, particles: &Range<usize>, is_own: impl Fn(usize) -> bool, offset: DVec3) {
+        let is_in = |particle: u32| particles.contains(&(particle as usize));
+        let targets = self.particles.iter().zip(&mut self.targets).filter(|(particle, _)| is_in(**particle));
+        targets.for_each(|(_, target)| target.place += offset);
+        self.leads.iter_mut().filter(|lead| is_in(lead.particle)).for_each(|lead| lead.target += offset);
+        self.shifts.iter_mut().filter(|shift| is_own(shift.group)).for_each(|shift| shift.target += offset);
+    }
+
     /// The held particles, in rising order.
     #[must_use]
     pub fn particles(&self) -> &[u32] {
@@ -126,6 +146,12 @@ impl Grips {
     #[must_use]
     pub fn body_shifts(&self) -> &[BodyShift] {
         &self.body_shifts
+    }
+
+    /// The bodies whose vertices were told, in the order in which they were.
+    #[must_use]
+    pub fn body_forms(&self) -> &[BodyForm] {
+        &self.body_forms
     }
 }
 

@@ -19,7 +19,7 @@ pub use bodies::BodyPaths;
 pub use flow::{Flows, Outflow, Vortex};
 pub use grips::{Grips, Lead, Shift, Target};
 pub use paths::{Followed, GroupPlaces, Paths};
-pub use shifts::BodyShift;
+pub use shifts::{BodyForm, BodyShift};
 pub use track::{Ramp, Track};
 
 use crate::model::{Model, Rates};
@@ -63,20 +63,40 @@ impl Inputs {
 
     /// Takes what a user holds, bodies off their paths too.
     pub fn take(&mut self, grips: Grips) {
-        self.bodies.shift(grips.body_shifts());
         self.grips = grips;
+        self.follow_bodies();
     }
 
     /// Moves a body off its path; see [`Grips::shift_body`].
     pub fn shift_body(&mut self, shift: BodyShift) {
         self.grips.shift_body(shift);
-        self.bodies.shift(self.grips.body_shifts());
+        self.follow_bodies();
+    }
+
+    /// Tells the vertices of a body; see [`Grips::form_body`].
+    pub fn form_body(&mut self, form: BodyForm) {
+        self.grips.form_body(form);
+        self.follow_bodies();
+    }
+
+    fn follow_bodies(&mut self) {
+        self.bodies.take(self.grips.body_shifts(), self.grips.body_forms());
+    }
+
+    /// Displaces what holds a cloth [m], as the state has the cloth displaced.
+    pub fn translate(&mut self, model: &Model, cloth: usize, offset: DVec3) {
+        self.grips.translate(&model.cloths[cloth].particles(), |group| model.pins[group].cloth == cloth, offset);
     }
 
     /// Has all bodies where they were sent: a time that is set knows nothing of their ways.
     pub fn settle_bodies(&mut self) {
-        let shifts = self.grips.body_shifts().to_vec();
-        shifts.into_iter().for_each(|BodyShift { body, to, .. }| self.shift_body(BodyShift::constant(body, to)));
+        for form in self.grips.body_forms().to_vec() {
+            let shift = self.grips.body_shifts().iter().find(|shift| shift.body == form.body).copied();
+            self.grips.form_body(BodyForm::constant(form.body, form.to));
+            shift.into_iter().for_each(|shift| self.grips.shift_body(shift));
+        }
+        self.grips.body_shifts().to_vec().into_iter().for_each(|shift| self.grips.shift_body(shift.settled()));
+        self.follow_bodies();
     }
 
     /// The largest rate at which the air slows a particle [1/s].

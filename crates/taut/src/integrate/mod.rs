@@ -12,6 +12,7 @@ mod mass_scaling;
 mod midpoint;
 mod momentum;
 mod motion;
+mod proposal;
 mod rk4;
 mod runge_kutta;
 mod verlet;
@@ -31,6 +32,7 @@ use linear_system::LinearSystem;
 use mass_scaling::MassScaling;
 use momentum::Momentum;
 use motion::Motion;
+pub use proposal::Proposal;
 use runge_kutta::RungeKutta;
 use verlet::Verlet;
 

@@ -37,6 +37,12 @@ impl Momentum {
         }
     }
 
+    /// Counts in what someone outside gave a particle besides [m/s].
+    pub fn push(&mut self, model: &Model, particle: usize, by: Vec3) {
+        let own = self.free.iter_mut().find(|(cloth, _)| model.cloths[*cloth].particles().contains(&particle));
+        own.into_iter().for_each(|(_, momentum)| *momentum += by.as_dvec3() * f64::from(model.particles.mass[particle]));
+    }
+
     /// Gives back what is missing after the step, in which `acceleration` [m/s^2] acted from outside. Returns how much, of all cloths
     /// [kg m/s].
     pub fn keep(&self, stride: Stride<'_>, state: &mut State, acceleration: &Vectors) -> DVec3 {

@@ -42,6 +42,13 @@ impl Motion {
         }
     }
 
+    /// Takes what someone outside gave a particle besides for its own from the start of the step on [m/s].
+    pub fn push(&mut self, particle: usize, by: Vec3) {
+        if !self.before.is_empty() {
+            self.before.set(particle, self.before.get(particle) + by);
+        }
+    }
+
     /// Tells the velocities after a step from `starts` [m].
     pub fn tell(&self, stride: Stride<'_>, state: &mut State, starts: &Vectors, pool: &Pool) {
         let Stride { model, plan, .. } = stride;

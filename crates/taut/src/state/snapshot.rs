@@ -1,11 +1,13 @@
 //! A state, and what a user holds, as bytes, and back.
 
-use glam::DVec3;
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::{Calm, Clock, Offset, Past, State};
 use crate::geometry::Vectors;
-use crate::inputs::{BodyShift, Grips, Target};
+use crate::inputs::{BodyForm, BodyShift, Grips, Target};
 use crate::model::Model;
 use crate::schedule::Halving;
 
@@ -29,9 +31,9 @@ pub enum SnapshotError {
 
 impl State {
     /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
-    /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies and how they come back to their paths, whether
-    /// anything may intersect, in how many parts steps are taken, how far particles have crept, held particles, hands, moved pins, moved
-    /// bodies, XXH3 of all these.
+    /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies and
+    /// how they come back to their paths, whether anything may intersect, in how many parts steps are taken, how far particles have
+    /// crept, held particles, hands, moved pins, bodies whose vertices were told, moved bodies, XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(128 + 36 * self.positions.len() + 24 * self.past.gains.len());
@@ -74,10 +76,17 @@ impl State {
             bytes.extend((shift.group as u64).to_le_bytes());
             bytes.extend(shift.target.to_array().into_iter().chain([shift.speed]).flat_map(f64::to_le_bytes));
         }
-        bytes.extend((grips.body_shifts().len() as u64).to_le_bytes());
-        for BodyShift { body, from, to, start, arrival } in grips.body_shifts() {
+        bytes.extend((grips.body_forms().len() as u64).to_le_bytes());
+        for BodyForm { body, from, to, start, arrival } in grips.body_forms() {
             bytes.extend((*body as u64).to_le_bytes());
-            let numbers = from.to_array().into_iter().chain(to.to_array()).chain([*start, *arrival]);
+            let numbers = from.iter().chain(&**to).flat_map(|place| place.to_array()).chain([*start, *arrival]);
+            bytes.extend(numbers.flat_map(f64::to_le_bytes));
+        }
+        bytes.extend((grips.body_shifts().len() as u64).to_le_bytes());
+        for BodyShift { body, from, to, turned, turn, start, arrival } in grips.body_shifts() {
+            bytes.extend((*body as u64).to_le_bytes());
+            let places = from.to_array().into_iter().chain(to.to_array());
+            let numbers = places.chain(turned.to_array()).chain(turn.to_array()).chain([*start, *arrival]);
             bytes.extend(numbers.flat_map(f64::to_le_bytes));
         }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
@@ -150,11 +159,19 @@ impl Reader<'_> {
             grips.shift(group, self.place()?, self.real()?);
         }
         for _ in 0..self.whole()? {
-            let body = usize::try_from(self.whole()?).ok().filter(|body| *body < model.bodies.list.len())?;
+            let body = self.body(model)?;
+            let count = model.bodies.list[body].vertices.len();
+            let mut places = || (0..count).map(|_| self.place()).collect::<Option<Arc<[DVec3]>>>();
+            let (from, to) = (places()?, places()?);
+            grips.form_body(BodyForm { body, from, to, start: self.real()?, arrival: self.real()? });
+        }
+        for _ in 0..self.whole()? {
             grips.shift_body(BodyShift {
-                body,
+                body: self.body(model)?,
                 from: self.place()?,
                 to: self.place()?,
+                turned: DQuat::from_array([self.real()?, self.real()?, self.real()?, self.real()?]),
+                turn: self.place()?,
                 start: self.real()?,
                 arrival: self.real()?,
             });
@@ -182,6 +199,10 @@ impl Reader<'_> {
 
     fn particle(&mut self, count: usize) -> Option<u32> {
         self.take().map(u32::from_le_bytes).filter(|particle| (*particle as usize) < count)
+    }
+
+    fn body(&mut self, model: &Model) -> Option<usize> {
+        self.whole().and_then(|body| usize::try_from(body).ok()).filter(|body| *body < model.bodies.list.len())
     }
 
     fn place(&mut self) -> Option<DVec3> {

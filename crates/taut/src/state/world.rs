@@ -34,6 +34,16 @@ impl State {
         self.origins[cloth] + self.positions.get(particle).as_dvec3()
     }
 
+    /// Displaces a cloth as a whole [m], and the paths of its pins. All but its origin is told from there, and stays as it is.
+    pub fn translate(&mut self, model: &Model, cloth: usize, offset: DVec3) {
+        self.origins[cloth] += offset;
+        for (_, own) in model.pins.iter().zip(&mut self.offsets).filter(|(pins, _)| pins.cloth == cloth) {
+            own.now += offset;
+            own.target += offset;
+        }
+        self.may_cross = model.contact.untangles;
+    }
+
     /// Lays origins elsewhere where cloths have travelled; their places in the world stay but for rounding.
     pub fn follow(&mut self, model: &Model, pool: &Pool) {
         for ((cloth, origin), at) in model.cloths.iter().zip(&model.origins).zip(&mut self.origins) {

@@ -19,7 +19,7 @@ from taut.compare.contact.world import World
 from taut.errors import CompareError
 from taut.report import Report
 from taut.scene import Scene
-from taut.simulation import Simulation
+from taut.simulation import Hook, Simulation
 
 LIMIT = "sweeps"
 """The strain limit of these steps, a value of `solver.filter`."""
@@ -59,17 +59,17 @@ class Filtered(Simulation):
         documents = scene.document["cloth"]
         self._stiffness = max(float(cloth["stiffness"] or np.inf) for cloth in documents)
 
-    def step(self, n: int = 1, dt: float | None = None) -> Report:
+    def step(self, n: int = 1, dt: float | None = None, hook: Hook | None = None) -> Report:
         """Advance by `n` steps; see :meth:`taut.Simulation.step`."""
         self.outcomes = []
         for _ in range(n):
-            self._one(self.step_length if dt is None else dt)
+            self._one(self.step_length if dt is None else dt, hook)
         return self.report
 
-    def _one(self, dt: float) -> None:
+    def _one(self, dt: float, hook: Hook | None) -> None:
         vertices = len(self.mass)
         before = self.exact_positions
-        super().step(1, dt)
+        super().step(1, dt, hook)
         self.guide.step(1, dt)
         proposed = self.places.copy()
         proposed[:vertices] += self.exact_positions - before
