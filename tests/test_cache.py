@@ -126,6 +126,34 @@ def test_the_reader_agrees_with_the_simulation(recorded: Path, flag: dict[str, A
             cache.positions(index)
 
 
+def test_positions_are_an_array_of_all_frames(recorded: Path) -> None:
+    cache = Cache.open(recorded)
+    everything = np.stack([cache.positions(frame) for frame in range(30)])
+    series = cache.positions
+    assert (series.shape, series.dtype, series.ndim, len(series)) == ((30, 35, 3), np.float32, 3, 30)
+    np.testing.assert_array_equal(np.asarray(series), everything)
+    assert np.asarray(series, np.float64).dtype == np.float64
+    np.testing.assert_array_equal(cache.velocities[7], cache.velocities(7))
+    keys: list[Any] = [
+        3,
+        -1,
+        (2, 5),
+        (np.int64(2), slice(None), 1),
+        slice(4, 20, 3),
+        (slice(None), 7),
+        (slice(None, None, -1), [1, 2], 0),
+        [5, 1, -1],
+        everything[:, 0, 0] > 0.0,
+        ...,
+        (..., 2),
+    ]
+    for key in keys:
+        np.testing.assert_array_equal(series[key], everything[key], strict=True)
+    for bad in (30, -31, [30], (0, 35), None):
+        with pytest.raises(IndexError):
+            series[bad]
+
+
 def test_the_summary_comes_from_the_frames(recorded: Path) -> None:
     cache = Cache.open(recorded)
     summary = summarize(cache)

@@ -1,3 +1,5 @@
+import csv
+import io
 import json
 import os
 import signal
@@ -5,12 +7,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+import typer
 from taut import Cache
+from taut.cli.console import make_folder_of
 
 Command = Callable[..., Any]
 
@@ -161,6 +167,76 @@ def test_info_as_json(taut: Command, recorded: Path) -> None:
     for name in ("state_hash", "threads", "version", "substeps", "step_length"):
         assert numbers[name] == cache.attributes[name]
     assert numbers["duration"] == pytest.approx(29 / 60)
+
+
+def test_info_as_csv_has_a_line_a_frame(taut: Command, recorded: Path) -> None:
+    names, *rows = csv.reader(io.StringIO(taut("info", recorded, "--csv").out))
+    cache = Cache.open(recorded)
+    assert names == ["frame", "time", *cache.diagnostics]
+    columns = dict(zip(names, zip(*rows, strict=True), strict=True))
+    np.testing.assert_array_equal(np.array(columns["frame"], int), np.arange(30))
+    np.testing.assert_array_equal(np.array(columns["time"], float), cache.time)
+    np.testing.assert_array_equal(
+        np.array(columns["worst_stretch"], float), cache.diagnostics["worst_stretch"]
+    )
+    assert [int(number) for number in columns["state_hash"]] == cache.diagnostics["state_hash"].tolist()
+    assert taut("info", recorded, "--csv", "--json").status == 2
+
+
+def test_a_run_takes_the_name_of_its_scene(
+    taut: Command, flag_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    done = taut("run", flag_file, "--frames", 1)
+    assert (done.status, done.out.split()[-2:]) == (0, ["written", "flag.zarr"])
+    assert Cache.open("flag.zarr").frames == 1
+    assert taut("run", "chain", "--frames", 1, "--quiet").status == 0
+    assert Cache.open("chain.zarr").frames == 1
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run", "--frames", 1, "--quiet", "flag.toml", "--out", "made/deep/a.zarr"],
+        ["export", "flag.zarr", "--to", "obj", "--out", "made/deep/a"],
+        ["render", "flag.zarr", "--out", "made/deep/a.png"],
+    ],
+)
+def test_a_folder_that_is_missing_is_not_made_unasked(
+    taut: Command, copied: Path, command: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from tests.conftest import FLAG
+
+    monkeypatch.chdir(copied.parent)
+    Path("flag.toml").write_text(FLAG)
+    done = taut(*command)
+    assert done.status == 2
+    assert "there is no folder made/deep; make it, or let --yes make it" in done.err
+    assert not Path("made").exists()
+    if command[0] != "render":
+        assert taut(*command, "--yes").status == 0
+        assert len(list(Path("made/deep").iterdir())) == 1
+
+
+@pytest.mark.parametrize("answer", ["y", "n"])
+def test_at_a_terminal_a_missing_folder_is_asked_about(
+    tmp_path: Path, answer: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def confirm(text: str, **options: Any) -> None:
+        asked.append(text)
+        if answer == "n":
+            raise typer.Abort
+
+    monkeypatch.setattr("taut.cli.console.sys.stdin", SimpleNamespace(isatty=lambda: True))
+    monkeypatch.setattr("taut.cli.console.sys.stderr", SimpleNamespace(isatty=lambda: True))
+    monkeypatch.setattr(typer, "confirm", confirm)
+    with nullcontext() if answer == "y" else pytest.raises(typer.Abort):
+        make_folder_of(tmp_path / "new" / "a.zarr", yes=False)
+    assert asked == [f"There is no folder {tmp_path / 'new'}. Make it?"]
+    assert (tmp_path / "new").is_dir() == (answer == "y")
 
 
 def test_info_of_one_frame_of_a_net(taut: Command, tmp_path: Path) -> None:

@@ -45,6 +45,19 @@ def test_a_new_scene_runs_and_moves(taut: Command, here: Path, kind: str) -> Non
     assert (moved == 0).sum() == {"flag": 33, "hanging": 2}[kind]  # the pins
 
 
+@pytest.mark.parametrize("up", ["z", "y"])
+def test_a_breeze_is_weaker_than_the_weight_of_cloth(taut: Command, here: Path, up: str) -> None:
+    Path("box.obj").write_text(BOX)
+    taut("new", "hung", "--mesh", "box.obj", "--up", up)
+    document = Scene.load("hung.toml").document
+    wind, cloth = document["wind"], document["cloth"][0]
+    speed = np.linalg.norm(wind["velocity"]) * (1 + wind["gust"]["strength"])
+    pressure = 0.5 * wind["density"] * cloth["drag_coefficient"] * speed**2
+    assert 0 < pressure < 9.81 * cloth["density"]
+    assert wind["velocity"]["xyz".index(up)] == 0
+    assert cloth["bending"] > 0
+
+
 def test_a_flag_is_the_default(taut: Command, here: Path) -> None:
     taut("new", "banner.toml")
     assert Scene.load("banner.toml").document["cloth"][0]["name"] == "flag"

@@ -15,6 +15,7 @@ from taut import _taut
 from taut.arrays import stretches
 from taut.bodies import Body, BodyRange, bodies_at
 from taut.cache import layout, metadata
+from taut.cache.series import Series
 from taut.errors import CacheError, did_you_mean
 from taut.scene.shipped import is_shipped
 
@@ -143,21 +144,27 @@ class Cache:
             return self.rows(array, 0, self._frames)
         return np.full(self._frames, layout.ADDED[name], layout.DIAGNOSTICS[name])
 
-    def positions(self, frame: int) -> NDArray[np.float32]:
-        """Positions [m], shape (vertices, 3).
+    @property
+    def positions(self) -> Series:
+        """Positions of all frames [m], shape (frames, vertices, 3).
 
-        Args:
-            frame: from 0; negative numbers count from the end.
+        ``cache.positions[frame]`` is what :attr:`taut.Simulation.positions` was then, shape (vertices, 3);
+        ``cache.positions(frame)`` is the same. Frames are read when they are asked for; negative numbers
+        count from the end.
 
         Raises:
             IndexError: there is no such frame.
             CacheError: the frame is damaged.
         """
-        return self._state("positions", frame)
+        return self._series("positions")
 
-    def velocities(self, frame: int) -> NDArray[np.float32]:
-        """Velocities of the motion [m/s], shape (vertices, 3); otherwise like :meth:`positions`."""
-        return self._state("velocities", frame)
+    @property
+    def velocities(self) -> Series:
+        """Velocities of the motion [m/s], likewise."""
+        return self._series("velocities")
+
+    def _series(self, name: str) -> Series:
+        return Series(lambda frame: self._state(name, frame), self._frames, self.vertices)
 
     def past(self, frame: int) -> NDArray[np.float32] | None:
         """What the integrator needs to go on from a frame, :attr:`taut.Simulation.past`."""
@@ -183,7 +190,7 @@ class Cache:
     def bodies(self, frame: int) -> Mapping[str, Body]:
         """What cloth collides with, by name, in a frame; none in caches of scenes without bodies.
 
-        Places are in float32; otherwise like :meth:`positions`.
+        Places are in float32; otherwise like :attr:`positions`.
         """
         ranges = self._body_ranges
         if not ranges:
@@ -233,7 +240,7 @@ class Cache:
         return ranges
 
     def stretch(self, frame: int) -> NDArray[np.float32]:
-        """``|X_uv| / L - 1`` of each spring [1], shape (springs,); otherwise like :meth:`positions`."""
+        """``|X_uv| / L - 1`` of each spring [1], shape (springs,); otherwise like :attr:`positions`."""
         return stretches(self.exact_positions(frame), self.springs, self.rest_length)
 
     def is_whole(self, frame: int) -> bool:

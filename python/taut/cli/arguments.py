@@ -41,6 +41,10 @@ OptionalScene = Annotated[
     ),
 ]
 
+Yes = Annotated[
+    bool, typer.Option("--yes", help="Make a folder for --out that is not there, without a question.")
+]
+
 Sandbox = Annotated[
     bool, typer.Option("--sandbox", help="For a scene from elsewhere: read no mesh outside its folder.")
 ]

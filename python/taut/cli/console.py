@@ -2,8 +2,10 @@
 
 import os
 import signal
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Self
 
@@ -61,6 +63,21 @@ def expected_errors() -> Iterator[None]:
         cut_short = isinstance(error, OutputError) and error.__cause__ is not None
         on_the_way = cut_short or isinstance(error, CacheWriteError | SimulationError)
         raise fail(str(error), FAILED if on_the_way else BAD_INPUT) from None
+
+
+def make_folder_of(out: Path, yes: bool) -> None:
+    """Have a folder for what will be written, if it is not there: ask, or be told by `yes`."""
+    folder = out.parent
+    if folder.is_dir() or os.path.lexists(folder):  # what else may be wrong is told by who writes
+        return
+    if not yes:
+        if not (sys.stdin.isatty() and sys.stderr.isatty()):
+            raise fail(f"--out {out}: there is no folder {folder}; make it, or let --yes make it", BAD_INPUT)
+        typer.confirm(f"There is no folder {folder}. Make it?", abort=True, err=True)
+    try:
+        folder.mkdir(parents=True)
+    except OSError as error:
+        raise fail(f"--out {out}: the folder {folder} cannot be made: {error.strerror}", FAILED) from None
 
 
 class Bar:

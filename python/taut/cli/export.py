@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from taut.cli.console import Bar, expected_errors
+from taut.cli.arguments import Yes
+from taut.cli.console import Bar, expected_errors, make_folder_of
 
 
 class Format(StrEnum):
@@ -22,6 +23,7 @@ def command(
     to: Annotated[Format, typer.Option(help="The format.")],
     out: Annotated[Path, typer.Option(help="A folder for obj and ply (one file a frame), a file for pc2.")],
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an earlier export.")] = False,
+    yes: Yes = False,
 ) -> None:
     """Write the frames in another format; vertices keep their order."""
     with expected_errors():
@@ -29,5 +31,6 @@ def command(
         from taut.formats import export
 
         opened = Cache.open(cache)
+        make_folder_of(out, yes)
         with Bar(out.name) as bar:
             export(opened, to.value, out, overwrite=overwrite, progress=bar.update)

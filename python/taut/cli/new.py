@@ -55,7 +55,7 @@ def command(
             part.write_text(text, encoding="utf-8")
     if is_shipped(path.stem):
         warn([f"without .toml, {path.stem} is the scene that comes with taut"])
-    typer.echo(f"wrote {path}; next: taut run {path} --out {path.with_suffix('.zarr')}")
+    typer.echo(f"wrote {path}; next: taut run {path}")
 
 
 def _check(name: str, path: Path, kind: Kind | None, mesh: Path | None, up: Up | None) -> None:

@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from taut.cli.console import Bar, expected_errors
+from taut.cli.arguments import Yes
+from taut.cli.console import Bar, expected_errors, make_folder_of
 
 
 class Color(StrEnum):
@@ -22,6 +23,7 @@ def command(
     frame: Annotated[int | None, typer.Option(help="Of a still: -1 is the last, the default.")] = None,
     color: Annotated[Color, typer.Option(help="Heat map of the stretch, or plain cloth.")] = Color.STRAIN,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an earlier picture.")] = False,
+    yes: Yes = False,
 ) -> None:
     """Make a film or a still of one or more caches."""
     with expected_errors():
@@ -34,6 +36,7 @@ def command(
                 f"--frame {frame} chooses a frame for a still, but {out} is a film; name a .png"
             )
         opened = [Cache.open(cache) for cache in caches]
+        make_folder_of(out, yes)
         with Bar(out.name) as bar:
             options = RenderOptions(frame=frame, color=color.value, overwrite=overwrite, progress=bar.update)
             (render_film if film else render_still)(opened, out, options)

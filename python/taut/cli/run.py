@@ -5,8 +5,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taut.cli.arguments import Sandbox, SceneArgument
-from taut.cli.console import BAD_INPUT, STOPPED, Bar, asked_to_stop, expected_errors, fail, warn
+from taut.cli.arguments import Sandbox, SceneArgument, Yes
+from taut.cli.console import (
+    BAD_INPUT,
+    STOPPED,
+    Bar,
+    asked_to_stop,
+    expected_errors,
+    fail,
+    make_folder_of,
+    warn,
+)
 
 if TYPE_CHECKING:
     from taut.run import Existing, Progress, Recording
@@ -18,7 +27,10 @@ _QUICK = 1e9
 
 def command(
     scene: SceneArgument,
-    out: Annotated[Path, typer.Option(help="The cache to write.", metavar="CACHE.zarr")],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="The cache to write; default: SCENE.zarr, in this folder.", metavar="CACHE.zarr"),
+    ] = None,
     frames: Annotated[
         int | None,
         typer.Option(min=1, help="Frames in all, the initial state included; default: duration x fps."),
@@ -37,6 +49,7 @@ def command(
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a cache that is there.")] = False,
     sandbox: Sandbox = False,
+    yes: Yes = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
     dry_run: Annotated[
         bool,
@@ -47,6 +60,7 @@ def command(
     if resume and overwrite:
         raise fail("--resume goes on with a cache and --overwrite replaces it; give one of them", BAD_INPUT)
     existing: Existing = "resume" if resume else "overwrite" if overwrite else "refuse"
+    out = Path(f"{scene.stem}.zarr") if out is None else out
     with expected_errors():
         from taut.cache import Cache, check_free, summarize
         from taut.cli.tables import needs_table, run_table, show
@@ -64,6 +78,7 @@ def command(
             is_built = collides and needs.memory <= _QUICK
             warn(Simulation(asked, threads=1).warnings if is_built else asked.warnings)
             return show(needs_table(needs, count))
+        make_folder_of(out, yes)
         simulation = Simulation(asked, threads)
         if not quiet:
             warn(simulation.warnings)
@@ -74,7 +89,7 @@ def command(
         cache = Cache.open(done.path)
         if done.resumed_at == done.frames:
             typer.echo(f"{out} was finished already: it has {done.frames} frames")
-        show(run_table(cache, summarize(cache)))
+        show([*run_table(cache, summarize(cache)), ("written", str(out))])
 
 
 def _record_with_bar(

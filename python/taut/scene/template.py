@@ -13,7 +13,7 @@ _WIDTH = 110
 _HEAD = """\
 # {title}: a scene of taut. All units are SI.
 #
-#   taut run {name}.toml --out {name}.zarr
+#   taut run {name}.toml
 #   taut render {name}.zarr --out {name}.mp4
 #
 # A line like `#fps = 60.0` is a field that is left at its value: take the # away to change it.
