@@ -30,7 +30,9 @@ def stretched(amount: float, frames: int = 1, **changes) -> Recording:
 
 def picture(tmp_path: Path, *panels: Frames, name: str = "still.png", **options) -> np.ndarray:
     out = tmp_path / name
-    render_still(panels, out, RenderOptions(**{"size": SMALL, "overwrite": True, **options}))
+    render_still(
+        panels, out, RenderOptions(**{"size": SMALL, "color": "strain", "overwrite": True, **options})
+    )
     with Image.open(out) as image:
         return np.asarray(image.convert("RGB")).astype(int)
 
@@ -139,7 +141,9 @@ def test_a_film_has_all_frames_at_the_rate_of_the_scene(tmp_path):
     still = grid(9, 7)
     motion = [still.motion[0] + np.float32([0.1 * i, 0, 0]) for i in range(6)]
     calls = []
-    options = RenderOptions(size=(151, 121), progress=lambda done, total: calls.append((done, total)))
+    options = RenderOptions(
+        color="strain", size=(151, 121), progress=lambda done, total: calls.append((done, total))
+    )
     long, short = moved(still, motion, scene={"fps": 24}), moved(still, motion[:2], scene={"fps": 24})
     render_film([long, short], tmp_path / "film.mp4", options)
     about, frames = read_film(tmp_path / "film.mp4")
@@ -154,11 +158,11 @@ def test_panels_of_different_rates_and_lengths_run_in_time():
     still = grid(3, 3)
     fast = moved(still, [still.motion[0]] * 61, scene={"fps": 60})
     slow = moved(still, [still.motion[0]] * 16, scene={"fps": 30})
-    moments = _moments([fast, slow])
+    moments = _moments([fast, slow], frame_rate([fast, slow][0]))
     assert len(moments) == 61 and moments[:4] == [(0, 0), (1, 0), (2, 1), (3, 1)]
     assert moments[30] == (30, 15) and moments[60] == (60, 15)
-    assert _moments([slow, fast])[30] == (15, 60)
-    assert _moments([fast]) == [(i,) for i in range(61)]
+    assert _moments([slow, fast], frame_rate([slow, fast][0]))[30] == (15, 60)
+    assert _moments([fast], frame_rate([fast][0])) == [(i,) for i in range(61)]
 
 
 # ---- strips
@@ -169,7 +173,9 @@ def test_a_strip_has_a_row_for_each_simulation_and_a_column_for_each_moment(tmp_
     motion = [still.motion[0] + np.float32([0.1 * i, 0, 0]) for i in range(6)]
     moving = moved(still, motion, scene={"fps": 10}, title="Moving")
     resting = moved(still, motion[:1], scene={"fps": 10}, title="Resting")
-    render_strip([moving, resting], [0.0, 0.21, 9.0], tmp_path / "strip.png", RenderOptions(size=SMALL))
+    render_strip(
+        [moving, resting], [0.0, 0.21, 9.0], tmp_path / "strip.png", RenderOptions(color="strain", size=SMALL)
+    )
     with Image.open(tmp_path / "strip.png") as image:
         strip = np.asarray(image.convert("RGB")).astype(int)
     width, height = SMALL
@@ -184,10 +190,69 @@ def test_a_strip_has_a_row_for_each_simulation_and_a_column_for_each_moment(tmp_
     for time, nearest in ((0.21, 0.2), (9.0, 0.5)):
         pictures = []
         for at in (time, nearest):
-            render_strip([moving], [at], tmp_path / "one.png", RenderOptions(size=SMALL, overwrite=True))
+            render_strip(
+                [moving],
+                [at],
+                tmp_path / "one.png",
+                RenderOptions(color="strain", size=SMALL, overwrite=True),
+            )
             with Image.open(tmp_path / "one.png") as image:
                 pictures.append(np.asarray(image))
         assert np.array_equal(*pictures)
+
+
+# ---- what one may choose
+
+
+def test_plain_cloth_is_the_default():
+    assert RenderOptions().color == "fabric"
+
+
+def test_a_background_of_ones_own_has_no_ground_and_no_sky(tmp_path):
+    image = picture(tmp_path, stretched(0.0), color="fabric", background="#102030", caption=False)
+    edge = np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])
+    assert (edge == [16, 32, 48]).all()
+    assert (np.abs(middle(image) - [16, 32, 48]) > 40).any()
+
+
+def test_captions_can_be_left_out(tmp_path):
+    plain = {"color": "fabric", "background": "white"}
+    top = picture(tmp_path, stretched(0.0), **plain)[:24]
+    assert (top < 128).any()
+    assert (picture(tmp_path, stretched(0.0), **plain, caption=False)[:24] == 255).all()
+
+
+def test_the_camera_stands_and_looks_where_it_is_told(tmp_path):
+    cloth = {"color": "fabric", "background": "white", "caption": False}
+
+    def covered(**options: object) -> tuple[float, float, float]:
+        """Share of the picture that is cloth, and where its middle is, from the left and from above."""
+        seen = (picture(tmp_path, stretched(0.0), **cloth, **options) < 200).any(axis=2)
+        rows, columns = np.nonzero(seen)
+        return seen.mean(), columns.mean() / seen.shape[1], rows.mean() / seen.shape[0]
+
+    # The sheet is 1.5 m wide and 1 m high, its middle at (0.75, 0, 1.5).
+    near, far = covered(eye=(0.75, -6, 1.5)), covered(eye=(0.75, -12, 1.5))
+    assert near[0] == pytest.approx(4 * far[0], rel=0.1)
+    assert near[1:] == pytest.approx((0.5, 0.5), abs=0.03)
+    height = 2 * 6 * np.tan(np.radians(VIEW_ANGLE / 2))
+    assert near[0] == pytest.approx(1.5 / height**2 * 180 / 200, rel=0.1)
+    # Looking 0.5 m to its left and above it, the cloth is at the right and below.
+    _, across, down = covered(eye=(0.75, -6, 1.5), target=(0.25, 0, 2.0))
+    assert across == pytest.approx(0.5 + 0.5 / height * 180 / 200, abs=0.03)
+    assert down == pytest.approx(0.5 + 0.5 / height, abs=0.03)
+    # From right above up has no direction, and still there is a picture.
+    assert covered(eye=(0.75, 0, 9))[0] >= 0
+
+
+def test_a_film_has_the_rate_that_is_asked_for(tmp_path):
+    still = grid(3, 3)
+    motion = [still.motion[0]] * 13
+    film = moved(still, motion, scene={"fps": 24})
+    for fps, frames in ((None, 13), (12, 7), (48, 25)):
+        render_film([film], tmp_path / "film.mp4", RenderOptions(size=(96, 96), fps=fps, overwrite=True))
+        count, seconds = imageio_ffmpeg.count_frames_and_secs(tmp_path / "film.mp4")
+        assert count == frames and seconds == pytest.approx(frames / (fps or 24), abs=0.05)
 
 
 # ---- refusals
@@ -212,7 +277,7 @@ def test_a_strip_has_a_row_for_each_simulation_and_a_column_for_each_moment(tmp_
 )
 def test_still_refusals(tmp_path, panels, name, options, message):
     with pytest.raises(RenderError, match=message):
-        render_still(panels, tmp_path / name, RenderOptions(**{"size": SMALL, **options}))
+        render_still(panels, tmp_path / name, RenderOptions(**{"size": SMALL, "color": "strain", **options}))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -225,6 +290,12 @@ def test_still_refusals(tmp_path, panels, name, options, message):
         ({"strain_top": 0.0}, "must be above 0"),
         ({"strain_top": float("nan")}, "must be above 0"),
         ({"strain_top": float("inf")}, "must be above 0"),
+        ({"eye": (0, 1)}, "eye = .*: must be three finite numbers"),
+        ({"target": (0, 1, np.nan)}, "target = .*: must be three finite numbers"),
+        ({"eye": (0, 1, 2), "target": (0, 1, 2)}, "the camera stands there"),
+        ({"fps": 0}, "fps = 0: must be 0.1 to 1000"),
+        ({"fps": np.nan}, "fps = nan"),
+        ({"background": "blurple"}, "background = 'blurple': must be a colour"),
     ],
 )
 def test_option_refusals(options, message):
@@ -258,7 +329,7 @@ def test_full_disk_leaves_nothing(tmp_path, monkeypatch, name):
     monkeypatch.setattr(os, "fsync", fail)
     render = render_film if name.endswith("mp4") else render_still
     with pytest.raises(RenderError, match=f"{name} cannot be written: No space left on device"):
-        render([stretched(0, 2)], tmp_path / name, RenderOptions(size=(96, 96)))
+        render([stretched(0, 2)], tmp_path / name, RenderOptions(color="strain", size=(96, 96)))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -268,7 +339,7 @@ def test_an_encoder_that_dies_is_noticed(tmp_path, monkeypatch):
 
     monkeypatch.setattr(imageio_ffmpeg, "count_frames_and_secs", short)
     with pytest.raises(RenderError, match="the film encoder stopped before the end"):
-        render_film([stretched(0, 2)], tmp_path / "film.mp4", RenderOptions(size=(96, 96)))
+        render_film([stretched(0, 2)], tmp_path / "film.mp4", RenderOptions(color="strain", size=(96, 96)))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -278,7 +349,11 @@ def test_an_interrupted_film_leaves_nothing(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        render_film([stretched(0, 4)], tmp_path / "film.mp4", RenderOptions(size=(96, 96), progress=stop))
+        render_film(
+            [stretched(0, 4)],
+            tmp_path / "film.mp4",
+            RenderOptions(color="strain", size=(96, 96), progress=stop),
+        )
     assert list(tmp_path.iterdir()) == []
 
 

@@ -55,7 +55,7 @@ def write_report(found: Comparison, folder: Path, film: bool, watch: Watch) -> N
     end = max(float(cache.time[-1]) for cache in shown)
     times = sorted({round(share * end, 4) for share in _MOMENTS})
     size = _panel(len(shown), len(times))
-    render_strip(shown, times, folder / "strip.jpg", RenderOptions(size=size))
+    render_strip(shown, times, folder / "strip.jpg", RenderOptions(color="strain", size=size))
     pictures.append(Picture("strip.jpg", "The same moments of each, coloured by stretch"))
     filmed = film and not found.interrupted and make_film(found, shown, folder / "film.mp4", 720, watch)
     page = markdown(found, pictures, filmed)
@@ -99,7 +99,7 @@ def make_film(found: Ended, shown: Sequence[Frames], out: Path, widest: int, wat
         watch(out.name, done, total, "")
 
     try:
-        render_film(shown, out, RenderOptions(size=(side, side * 9 // 10), progress=tell))
+        render_film(shown, out, RenderOptions(color="strain", size=(side, side * 9 // 10), progress=tell))
     except KeyboardInterrupt:
         found.interrupted = True
     return not found.interrupted

@@ -34,7 +34,12 @@ def figures_6_and_7(shop: Workshop) -> Section:
     )
     times = [share * float(bare.time[-1]) for share in _MOMENTS]
     name = "fig6-7.jpg"
-    render_strip([bare, limited], times, shop.pictures / name, RenderOptions(size=shop.panels(400, 420)))
+    render_strip(
+        [bare, limited],
+        times,
+        shop.pictures / name,
+        RenderOptions(color="strain", size=shop.panels(400, 420)),
+    )
     near, far = zip(*(_near_and_far(cache) for cache in (bare, limited)), strict=True)
     reach = [_reach(cache) for cache in (bare, limited)]
     deepest = [float(fall(cache, _body(cache)).max()) for cache in (bare, limited)]
@@ -121,7 +126,7 @@ def figures_8_and_9(shop: Workshop) -> Section:
             document = sheet(shop.size, pins, shop.size.rest_seconds, method, title)
             runs[pins, words] = _Rest.of(shop.simulate(document))
     name = "fig8-9.jpg"
-    options = RenderOptions(size=shop.panels(440, 520), columns=4)
+    options = RenderOptions(color="strain", size=shop.panels(440, 520), columns=4)
     render_still([rest.cache for rest in runs.values()], shop.pictures / name, options)
     sooner = {pins: _sooner(runs[pins, "without"].time, runs[pins, "with"].time) for pins in (2, 1)}
     settled = {pins: _sooner(runs[pins, "without"].settled, runs[pins, "with"].settled) for pins in (2, 1)}

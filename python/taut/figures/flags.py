@@ -84,7 +84,9 @@ def figure_5(shop: Workshop) -> Section:
     name = "fig5.jpg"
     frame = round(0.8 * (bare.frames - 1))
     render_still(
-        [bare, limited], shop.pictures / name, RenderOptions(frame=frame, size=shop.panels(760, 560))
+        [bare, limited],
+        shop.pictures / name,
+        RenderOptions(color="strain", frame=frame, size=shop.panels(760, 560)),
     )
     worst = [float(cache.diagnostics["worst_stretch"].max()) for cache in (bare, limited)]
     length = [_thread_stretch(cache) for cache in (bare, limited)]

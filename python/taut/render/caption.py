@@ -50,7 +50,7 @@ class Letterer:
         self.size = width + width % 2, (height + bar_height + 1) // 2 * 2
         self._bar_top = height
 
-    def finish(self, image: NDArray[np.uint8], captions: Sequence[Caption]) -> Image.Image:
+    def finish(self, image: NDArray[np.uint8], captions: Sequence[Caption | None]) -> Image.Image:
         """Put captions and bar on the rendered panels."""
         picture = Image.new("RGB", self.size, _PAPER)
         picture.paste(Image.fromarray(image), (0, 0))
@@ -58,7 +58,8 @@ class Letterer:
             picture.paste(self._bar, (0, self._bar_top))
         draw = ImageDraw.Draw(picture)
         for (x, y), caption in zip(self._places, captions, strict=True):
-            self._write_caption(draw, x, y, caption)
+            if caption is not None:
+                self._write_caption(draw, x, y, caption)
             if x:
                 draw.line(
                     [(x, y), (x, y + self._panel[1])], fill="white", width=max(1, round(2 * self._unit))

@@ -1,7 +1,7 @@
 """Where the camera stands and where the ground lies: one choice for all panels and all frames."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from taut.bodies import Body, Skin, floor_of, is_level
 from taut.frames import Frames, bodies_of, up_axis
 
 Points = NDArray[np.float64]
+Place = tuple[float, float, float]
 
 LIGHT_SLANT = (0.22, 0.3)
 """How far a shadow moves to the right and away from the viewer for each metre of height."""
@@ -18,6 +19,8 @@ VIEW_ANGLE = 24.0
 """Of the camera, vertically [degrees]."""
 
 _FRAMES_LOOKED_AT = 32
+_VERTICAL = 1e-3
+"""Sine of the angle to the vertical below which up has no direction in the picture."""
 # The part of the picture that cloth may fill, as shares of half its width and height; captions stand above.
 _SIDE, _TOP, _BOTTOM = 0.93, 0.72, 0.9
 # A vertex further from the middle of the cloth than so many times its size at rest has been thrown off; cloth
@@ -45,6 +48,8 @@ class Framing:
     """A point of the ground below the motion."""
     radius: float
     """Of the ground that the motion and its shadow take up, around :attr:`middle`."""
+    middle_of_motion: Points
+    """The middle of all that is to be seen."""
 
     def shadow(self, points: Points) -> Points:
         """Where points throw their shadow on the ground, shape (points, 3)."""
@@ -81,7 +86,20 @@ def frame_motion(panels: Sequence[Frames], aspect: float) -> Framing:
     radius = max(float(np.linalg.norm(below - middle, axis=1).max()), 0.5 * size)
     view = 0.9 * away + 0.42 * right - 0.33 * up
     eye, target = _fit(np.concatenate([points, footprint]), view / np.linalg.norm(view), up, aspect)
-    return Framing(up, right, away, eye, target, ground, middle, radius)
+    amidst = (points.min(axis=0) + points.max(axis=0)) / 2
+    return Framing(up, right, away, eye, target, ground, middle, radius, amidst)
+
+
+def looking(framing: Framing, eye: Place | None, target: Place | None) -> Framing:
+    """The same with the camera elsewhere, or looking elsewhere [m]; it keeps out of the vertical."""
+    if eye is None and target is None:
+        return framing
+    stand = framing.eye if eye is None else np.asarray(eye, np.float64)
+    seen = framing.middle_of_motion if target is None else np.asarray(target, np.float64)
+    way = seen - stand
+    if np.linalg.norm(np.cross(way, framing.up)) < _VERTICAL * np.linalg.norm(way):
+        seen = seen + _VERTICAL * max(float(np.linalg.norm(way)), 1e-3) * framing.away
+    return replace(framing, eye=stand, target=seen)
 
 
 def _shadow(points: Points, up: Points, right: Points, away: Points, ground: float) -> Points:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from taut.frames import Frames, links, vertex_stretch
@@ -28,6 +29,8 @@ class Look:
     framing: Framing
     pixels: float
     """Rendered pixels for each pixel of a picture 720 pixels high: lines and dots grow with it."""
+    background: str | None
+    """Its colour, without a ground; none: sky and ground."""
 
 
 class Panel:
@@ -40,11 +43,16 @@ class Panel:
         self._links = links(frames)
         self._springs = np.asarray(frames.springs)
         self._pinned = np.asarray(getattr(frames, "pins", ()), dtype=np.int64)
-        plotter.set_background(_HORIZON, top=_SKY)  # type: ignore[arg-type]
+        if look.background is None:
+            plotter.set_background(_HORIZON, top=_SKY)  # type: ignore[arg-type]
+        else:
+            plotter.set_background(to_hex(look.background))  # type: ignore[arg-type]
         _add_lights(plotter, look.framing)
         _set_camera(plotter, look.framing)
         self._solids = Solids(plotter, frames, look.framing)
-        self._ground = Ground(plotter, frames, look.framing, self._solids.faces)
+        self._ground = (
+            Ground(plotter, frames, look.framing, self._solids.faces) if look.background is None else None
+        )
         points = np.zeros((len(frames.positions(0)), 3), dtype=np.float32)
         self._cloth = self._add_cloth(plotter, points) if len(self._faces) else None
         self._threads = self._add_threads(plotter, points) if len(self._links) else None
@@ -66,7 +74,9 @@ class Panel:
             self._move_threads(self._threads, points, known, frame)
         if self._pins is not None:
             self._pins.points = points[self._pinned]
-        self._ground.show(np.where(known[:, None], positions, np.nan), self._solids.show(frame))
+        solids = self._solids.show(frame)
+        if self._ground is not None:
+            self._ground.show(np.where(known[:, None], positions, np.nan), solids)
 
     def _move_cloth(
         self, cloth: pv.PolyData, points: NDArray[np.float32], known: NDArray[np.bool_], frame: int

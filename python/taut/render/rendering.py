@@ -34,7 +34,7 @@ def render_still(panels: Sequence[Frames], out: str | Path, options: RenderOptio
     """
     out, options = Path(out), options or RenderOptions()
     _check(panels, out, STILL_EXTENSIONS)
-    moments = _moments(panels)
+    moments = _moments(panels, frame_rate(panels[0]))
     frame = len(moments) - 1 if options.frame is None else options.frame
     if not -len(moments) <= frame < len(moments):
         raise RenderError(f"frame {frame} is out of range: there are {len(moments)}, 0 to {len(moments) - 1}")
@@ -43,7 +43,7 @@ def render_still(panels: Sequence[Frames], out: str | Path, options: RenderOptio
 
 
 def render_film(panels: Sequence[Frames], out: str | Path, options: RenderOptions | None = None) -> None:
-    """Render all frames of one or more simulations side by side, at the frame rate of the first.
+    """Render one or more simulations side by side, at the frame rate of the first or another one.
 
     Shorter simulations hold their last frame.
 
@@ -70,11 +70,12 @@ class _EncoderError(Exception):
 
 
 def _encode(stage: Stage, part: Path, panels: Sequence[Frames], options: RenderOptions) -> None:
-    moments = _moments(panels)
+    rate = frame_rate(panels[0]) if options.fps is None else options.fps
+    moments = _moments(panels, rate)
     encoder = imageio_ffmpeg.write_frames(
         part,
         stage.size,
-        fps=frame_rate(panels[0]),
+        fps=rate,
         quality=6.5,
         macro_block_size=2,
         ffmpeg_log_level="error",
@@ -112,9 +113,8 @@ def _check(panels: Sequence[Frames], out: Path, extensions: tuple[str, ...]) -> 
             raise RenderError(f"{panel.title!r} has no frames to render: run the simulation first")
 
 
-def _moments(panels: Sequence[Frames]) -> list[tuple[int, ...]]:
+def _moments(panels: Sequence[Frames], rate: float) -> list[tuple[int, ...]]:
     """For each frame of the film, which frame each panel shows: the last one not later than that time."""
-    rate = frame_rate(panels[0])
     count = max(1 + round(float(panel.time[-1]) * rate) for panel in panels)
     times = np.arange(count) / rate + 0.01 / rate
     shown = [np.searchsorted(panel.time, times, side="right") - 1 for panel in panels]

@@ -12,7 +12,7 @@ from PIL import Image
 
 from taut.frames import Frames
 from taut.render.caption import Caption, Letterer
-from taut.render.framing import frame_motion
+from taut.render.framing import frame_motion, looking
 from taut.render.options import RenderError, RenderOptions
 from taut.render.panel import Look, Panel
 from taut.render.strain import strain_scale
@@ -39,8 +39,9 @@ class Stage:
         columns = options.columns or (len(panels) if len(panels) <= 3 else math.ceil(math.sqrt(len(panels))))
         rows = math.ceil(len(panels) / columns)
         self._scale = strain_scale(panels, options.strain_top)
-        framing = frame_motion(panels, width / height)
-        look = Look(options.color, self._scale, framing, oversampling * height / 720)
+        framing = looking(frame_motion(panels, width / height), options.eye, options.target)
+        look = Look(options.color, self._scale, framing, oversampling * height / 720, options.background)
+        self._has_captions = options.caption
         window = columns * width * oversampling, rows * height * oversampling
         if max(window) > _LARGEST_WINDOW:
             most = _LARGEST_WINDOW // oversampling
@@ -80,7 +81,8 @@ class Stage:
         image = np.asarray(self._plotter.screenshot(return_img=True), dtype=np.uint8)
         if self._oversampling > 1:
             image = np.asarray(Image.fromarray(image).reduce(self._oversampling))
-        captions = [self._caption(panel, frame) for panel, frame in zip(self._panels, frames, strict=True)]
+        shown = zip(self._panels, frames, strict=True)
+        captions = [self._caption(*one) if self._has_captions else None for one in shown]
         return self._letterer.finish(image, captions)
 
     def _caption(self, panel: Frames, frame: int) -> Caption:

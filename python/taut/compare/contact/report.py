@@ -51,7 +51,7 @@ def write_report(found: Found, folder: Path, film: bool, watch: Watch) -> None:
         end = max(float(cache.time[-1]) for cache in shown)
         times = sorted({round(share * end, 4) for share in _MOMENTS})
         strip = Picture(f"contact-{scene.name}-strip.jpg", f"{scene.title}: the same moments of each method")
-        render_strip(shown, times, folder / strip.name, RenderOptions(size=_PANEL))
+        render_strip(shown, times, folder / strip.name, RenderOptions(color="strain", size=_PANEL))
         pictures += [plot, strip]
         name = f"contact-{scene.name}.mp4"
         if film and not found.interrupted and make_film(found, shown, folder / name, 600, watch):

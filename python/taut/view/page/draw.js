@@ -146,7 +146,8 @@ export class Drawing {
       const { x, y, width, height } = view.part;
       gl.viewport(x, y, width, height);
       const light = { sun: SUN, eye: look.eye, sunMatrix: sun, camera: view.camera };
-      this.drawFloor(light, look);
+      // From below the floor would hide what lies on it.
+      if (look.eye[2] > look.floor) this.drawFloor(light, look);
       this.drawCloth(view.cloth, light, look);
       this.drawBodies(view.cloth.solids, light);
       this.drawLines(view, look);
