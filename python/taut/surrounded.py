@@ -139,8 +139,8 @@ class Surrounded(Simulated):
         mesh has more springs than it needs, so that neighbours share a load evenly. A sum over several
         springs, as of those at a pin, says more than a single one, and a mean over some steps more than one
         step. Coarse levels of the filter bear some loads across springs, which no tension tells: in irregular
-        meshes up to 5 % of the weight. They are found when they are asked for, which takes about as long as some steps: less than a
-        second for 10,000 vertices.
+        meshes up to 5 % of the weight. They are found when they are asked for, which takes about as long as
+        some steps: less than a second for 10,000 vertices.
 
         Raises:
             SimulationError: no step was taken since the start, or since the state was set.

@@ -26,7 +26,7 @@ def read_obj(path: Path) -> Polygons:
     Raises:
         MeshError: the file and line, what is wrong there and what is allowed.
     """
-    with _opened(path) as file:
+    with opened(path) as file:
         return _Reader(str(path)).read(file)
 
 
@@ -36,11 +36,12 @@ def read_obj_vertices(path: Path) -> NDArray[np.float64]:
     Raises:
         MeshError: the file and line, what is wrong there and what is allowed.
     """
-    with _opened(path) as file:
+    with opened(path) as file:
         return _Reader(str(path), ("v",)).read_vertices(file)
 
 
-def _opened(path: Path) -> TextIO:
+def opened(path: Path) -> TextIO:
+    """An OBJ file as text, whatever its encoding."""
     with path.open("rb") as binary:
         if b"\0" in binary.read(4096):
             raise MeshError(f"{path}: is no text file (or one in UTF-16); save it as OBJ in UTF-8 or ASCII")
@@ -66,7 +67,7 @@ class _Reader:
 
     def read_vertices(self, lines: Iterable[str]) -> NDArray[np.float64]:
         """Read everything; return the vertices."""
-        for number, line in _logical_lines(lines):
+        for number, line in logical_lines(lines):
             words = line.split()
             if not words or words[0] not in self.keywords:
                 continue
@@ -138,7 +139,7 @@ class _Reader:
         return MeshError(f"{self.name}:{line}: {text}")
 
 
-def _logical_lines(lines: Iterable[str]) -> Iterator[tuple[int, str]]:
+def logical_lines(lines: Iterable[str]) -> Iterator[tuple[int, str]]:
     r"""Number the lines from 1, join those that end with a backslash, cut comments."""
     pending, first = "", 0
     for number, line in enumerate(lines, start=1):
