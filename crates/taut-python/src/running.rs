@@ -50,9 +50,7 @@ impl Guarded {
         let user = || self.user.lock().unwrap_or_else(PoisonError::into_inner);
         if *user() == Some(thread::current().id()) {
             // It would wait for itself for ever.
-            return Err(SimulationError::new_err(
-                "a hook or a signal handler must not use the simulation that it interrupts",
-            ));
+            return Err(SimulationError::new_err("a hook or a signal handler must not use the simulation that it interrupts"));
         }
         Ok(py.detach(|| {
             let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
