@@ -78,13 +78,17 @@ fn finish<'py>(
     taken: Vec<Taken>,
     raised: Option<PyErr>,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    // Worlds that were told to end come after the one that failed.
     let stopped = |error: &PyErr| error.value(py).to_string().starts_with("stopped on request");
     let failed = taken.iter().enumerate().filter_map(|(world, taken)| taken.as_ref().err().map(|error| (world, error)));
-    let Some((world, error)) = failed.min_by_key(|(_, error)| stopped(error)) else {
+    let first = failed.min_by_key(|(_, error)| stopped(error));
+    let named =
+        |(world, error): (usize, &PyErr)| PyErr::from_type(error.get_type(py), format!("world {world}: {}", error.value(py)));
+    let Some(error) = raised.or_else(|| first.map(named)) else {
         return taken.into_iter().map(|taken| taken.and_then(|(summary, time)| report(py, &summary, time))).collect();
     };
     for (engine, _) in engines.iter().map(Py::get).zip(&taken).filter(|(_, taken)| taken.is_ok()) {
         engine.running.with(py, |Running { state, work, .. }| undo(&engine.model, state, work))?;
     }
-    Err(raised.unwrap_or_else(|| PyErr::from_type(error.get_type(py), format!("world {world}: {}", error.value(py)))))
+    Err(error)
 }
