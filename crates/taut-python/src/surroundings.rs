@@ -36,14 +36,16 @@ impl Engine {
     #[pyo3(signature = (body, offset, rotation, over))]
     fn pose_body(&self, py: Python<'_>, body: usize, offset: [f64; 3], rotation: Option<[f64; 3]>, over: f64) -> PyResult<()> {
         bodies::check_pose(&self.model, body, offset, rotation, over)?;
-        self.running.with(py, |running| bodies::pose(&self.model, running, body, offset.into(), rotation.map(DVec3::from), over))
+        self.running.with(py, |Running { state, inputs, .. }| {
+            state.pose_body(&self.model, inputs, body, offset.into(), rotation.map(DVec3::from), over)
+        })
     }
 
     fn form_body(&self, py: Python<'_>, body: usize, places: &Bound<'_, PyAny>, over: f64) -> PyResult<()> {
         below("body", body, self.model.bodies.list.len())?;
         duration("over", over)?;
         let places = arrays::places("places", places, Some(self.model.bodies.list[body].vertices.len()))?;
-        self.running.with(py, |running| bodies::form(&self.model, running, body, places.into(), over))
+        self.running.with(py, |Running { state, inputs, .. }| state.form_body(&self.model, inputs, body, places.into(), over))
     }
 
     fn translate(&self, py: Python<'_>, cloth: usize, offset: [f64; 3]) -> PyResult<()> {
@@ -58,7 +60,7 @@ impl Engine {
 
     fn body_offset(&self, py: Python<'_>, body: usize) -> PyResult<[f64; 3]> {
         below("body", body, self.model.bodies.list.len())?;
-        Ok(self.running.with(py, |running| bodies::offset(&self.model, running, body))?.to_array())
+        Ok(self.running.with(py, |Running { state, inputs, .. }| state.body_offset(&self.model, inputs, body))?.to_array())
     }
 
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<contacts::Arrays<'py>> {

@@ -135,7 +135,7 @@ impl BodyPaths {
     /// Whether the vertices of a body move each for itself.
     #[must_use]
     pub fn deforms(&self, body: usize) -> bool {
-        matches!(self.paths[body], Path::Followed(..))
+        matches!(self.paths[body], Path::Followed(..)) || self.forms.iter().any(|form| form.body == body)
     }
 
     /// Whether a body ever moves by itself.

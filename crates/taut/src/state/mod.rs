@@ -1,6 +1,7 @@
 //! What changes while a scene runs: positions, velocities and the time.
 
 mod clock;
+mod led;
 mod snapshot;
 mod stretch;
 mod world;

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::error::{as_many, below, duration};
 use super::{Error, Pool, Report, WorldBuilder};
 use crate::advance::advance;
-use crate::inputs::{Air, BodyShift, Inputs, Target, Track};
+use crate::inputs::{Air, Inputs, Target, Track};
 use crate::model::Model;
 use crate::prepare::Prepared;
 use crate::scene::{FARTHEST, Wind, check_gravity};
@@ -304,19 +304,7 @@ impl World {
         duration("over", over)?;
         let to = near(|| "offset".to_owned(), offset.map(Into::into))?;
         let Self { model, state, inputs, .. } = self;
-        let (start, own) = (state.time(), model.bodies.list[body].vertices.clone());
-        let mut places = state.bodies.clone();
-        inputs.bodies.places(&model.bodies, start, &mut places);
-        if over > 0.0 {
-            // One that had to be held back goes on from where it is.
-            let lag: DVec3 = own.clone().map(|vertex| state.bodies[vertex] - places[vertex]).sum();
-            let from = inputs.bodies.shift_of(body, start) + lag / own.len().max(1) as f64;
-            inputs.shift_body(BodyShift { body, from, to, start, arrival: start + over });
-        } else {
-            inputs.shift_body(BodyShift::constant(body, to));
-            inputs.bodies.places(&model.bodies, start, &mut places);
-            state.bodies[own.clone()].copy_from_slice(&places[own]);
-        }
+        state.pose_body(model, inputs, body, to, None, over);
         Ok(())
     }
 
@@ -365,7 +353,7 @@ impl World {
     pub fn restore(&mut self, snapshot: &[u8]) -> Result<(), Error> {
         let (state, grips) = State::from_bytes(snapshot, &self.model)?;
         let before = (mem::replace(&mut self.state, state), mem::take(&mut self.inputs.grips));
-        self.work.forget_touching();
+        self.work.forget_step();
         self.inputs.take(grips);
         self.look(0, 0.0).map(drop).inspect_err(|_| {
             self.state = before.0;
