@@ -61,6 +61,7 @@ impl Led {
             }
         }
     }
+
     /// Lets bodies go only the part of their ways that `factors` of their vertices say [1].
     pub fn shorten(&mut self, Stride { model, inputs, .. }: Stride<'_>, state: &State, factors: &[f64]) {
         for (index, body) in model.bodies.list.iter().enumerate() {
@@ -86,7 +87,9 @@ impl Led {
 
     /// Writes where they are now, and remembers what they tried. Returns how many are behind their paths.
     pub fn arrive(&self, model: &Model, part: f64, state: &mut State) -> u32 {
-        let first = (FIRST_TRY * model.contact.cell) as f32;
+        // Cloth without springs has no cells.
+        let cell = if model.contact.cell.is_finite() { model.contact.cell } else { 0.0 };
+        let first = (FIRST_TRY * cell) as f32;
         let mut held_back = 0;
         for (index, body) in model.bodies.list.iter().enumerate() {
             let own = body.vertices.clone();
