@@ -2,7 +2,8 @@
 //!
 //! Rows of both sides would ask for more than there is, and throw cloth to and fro between them. So they share what there is, each in
 //! proportion to its thickness, down to what the certificate leaves: skins and cloth give way, and what is pinched stays in the middle.
-//! Cloth between cloths is left alone: a rope that is twisted makes room for itself, and would only lose what keeps it from being cut.
+//! Both rows are those of bodies, or one is that of a body that had to be held back: else cloth can make room for itself, as a rope that
+//! is twisted does, and would only lose what keeps it from being cut.
 
 use glam::Vec3;
 
@@ -27,9 +28,17 @@ pub(super) struct Pinched {
     shares: Vec<f32>,
     /// Whether any have shared in this step.
     pub any: bool,
+    /// Of each vertex of bodies: whether it is behind its path.
+    behind: Vec<bool>,
 }
 
 impl Rows {
+    /// Takes which vertices of bodies are behind their paths as the step begins.
+    pub fn take_behind(&mut self, behind: impl Iterator<Item = bool>) {
+        self.pinched.behind.clear();
+        self.pinched.behind.extend(behind);
+    }
+
     /// Has rows share what room there is where that is far less than they ask for. Returns how many do.
     pub fn share(&mut self) -> usize {
         let squeezed = |rows: &Self, row: &Row| row.give > 0.0 && rows.left(row) < SQUEEZED * row.thickness;
@@ -62,6 +71,12 @@ impl Rows {
         row.locals().any(|local| self.vertices[local] as usize >= self.particles)
     }
 
+    /// .. and whether that is behind its path there.
+    fn is_behind(&self, row: &Row, behind: &[bool]) -> bool {
+        let body = |local: usize| (self.vertices[local] as usize).checked_sub(self.particles);
+        row.locals().filter_map(body).any(|vertex| behind[vertex])
+    }
+
     /// What is left of the distance of a row when bodies have moved and cloth has not [m].
     fn left(&self, row: &Row) -> f32 {
         let of_body = |end: &usize| self.vertices[row.ends[*end] as usize] as usize >= self.particles;
@@ -79,7 +94,7 @@ impl Rows {
 
 impl Pinched {
     fn run(&mut self, rows: &mut Rows, is_asked: impl Fn(&Rows, &Row) -> bool, part: f32) -> usize {
-        let Self { asked, list, shares, any: any_shares } = self;
+        let Self { asked, list, shares, any: any_shares, behind } = self;
         asked.clear();
         asked.resize(rows.vertices.len(), false);
         let mut any = false;
@@ -102,8 +117,9 @@ impl Pinched {
             for (at, &(local, one)) in of_vertex.iter().enumerate() {
                 for &(_, other) in &of_vertex[at + 1..] {
                     let [a, b] = [one, other].map(|index| &rows.list[index as usize]);
-                    let is_of_body = rows.is_of_body(a) || rows.is_of_body(b);
-                    if !is_of_body || a.way_of(local).dot(b.way_of(local)) > OPPOSED {
+                    let [first, second] = [a, b].map(|row| rows.is_of_body(row));
+                    let are_pressed = first && second || first && rows.is_behind(a, behind) || second && rows.is_behind(b, behind);
+                    if !are_pressed || a.way_of(local).dot(b.way_of(local)) > OPPOSED {
                         continue;
                     }
                     let (room, both) = (rows.left(a) + rows.left(b), a.thickness + b.thickness);

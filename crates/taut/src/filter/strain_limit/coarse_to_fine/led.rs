@@ -62,6 +62,12 @@ impl Led {
         }
     }
 
+    /// Of each vertex, whether it is behind its path as the step begins, by more than the first try.
+    pub fn behind(&self, model: &Model, state: &State) -> impl Iterator<Item = bool> {
+        let first = FIRST_TRY * model.contact.cell;
+        self.path[0].iter().zip(&state.bodies).map(move |(path, place)| path.distance(*place) > first)
+    }
+
     /// Lets bodies go only the part of their ways that `factors` of their vertices say [1].
     pub fn shorten(&mut self, Stride { model, inputs, .. }: Stride<'_>, state: &State, factors: &[f64]) {
         for (index, body) in model.bodies.list.iter().enumerate() {

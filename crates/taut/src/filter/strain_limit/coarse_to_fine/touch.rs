@@ -136,6 +136,7 @@ impl Touch {
                 unit.stand(state, &self.proposed, &model.particles.inverse_mass, descent);
             }
         }
+        self.contact.rows.take_behind(self.led.behind(model, state));
         limited.pinched = self.contact.rows.share() as u32;
         let mut rounds = ROUNDS.min(model.solver.iterations() as usize);
         for attempt in 0.. {
