@@ -20,6 +20,8 @@ pub struct Report {
     pub held_back_pins: u64,
     /// Times that bodies had to be held back, as cloth between them and other things could not go out of their way.
     pub held_back_bodies: u64,
+    /// Places where what a body presses had to share too little room, summed over the steps: there skins and thicknesses give way.
+    pub pinched: u64,
     /// Places where something touched, or was about to, summed over the steps.
     pub contacts: u64,
     /// The least distance between the middles of what touches [m]; none if nothing was near.
@@ -37,7 +39,7 @@ pub struct Report {
 impl Report {
     pub(super) fn new(summary: &Summary, time: f64) -> Self {
         let Summary { last, steps, worst_stretch, limited_steps, lost_motion, .. } = *summary;
-        let Summary { held_back_pins, held_back_bodies, contacts, closest, penetrations, .. } = *summary;
+        let Summary { held_back_pins, held_back_bodies, pinched, contacts, closest, penetrations, .. } = *summary;
         Self {
             time,
             steps,
@@ -46,6 +48,7 @@ impl Report {
             lost_motion,
             held_back_pins,
             held_back_bodies,
+            pinched,
             contacts,
             closest,
             penetrations,

@@ -71,7 +71,7 @@ impl Rows {
         row.locals().any(|local| self.vertices[local] as usize >= self.particles)
     }
 
-    /// .. and whether that is behind its path there.
+    /// Whether one of its features is a body's that is behind its path there.
     fn is_behind(&self, row: &Row, behind: &[bool]) -> bool {
         let body = |local: usize| (self.vertices[local] as usize).checked_sub(self.particles);
         row.locals().filter_map(body).any(|vertex| behind[vertex])
@@ -117,8 +117,8 @@ impl Pinched {
             for (at, &(local, one)) in of_vertex.iter().enumerate() {
                 for &(_, other) in &of_vertex[at + 1..] {
                     let [a, b] = [one, other].map(|index| &rows.list[index as usize]);
-                    let [first, second] = [a, b].map(|row| rows.is_of_body(row));
-                    let are_pressed = first && second || first && rows.is_behind(a, behind) || second && rows.is_behind(b, behind);
+                    let are_of_bodies = rows.is_of_body(a) && rows.is_of_body(b);
+                    let are_pressed = are_of_bodies || rows.is_behind(a, behind) || rows.is_behind(b, behind);
                     if !are_pressed || a.way_of(local).dot(b.way_of(local)) > OPPOSED {
                         continue;
                     }
