@@ -126,11 +126,13 @@ class Simulation(Held):
     def past(self) -> NDArray[np.float32] | None:
         """What a run needs to go on besides positions and velocities, shape (n, 3), a copy.
 
-        Its own velocities [m/s] where a filter lets them differ, as ``coarse_to_fine``; with ``bdf2``, then
-        the last displacements [m] and what forces added to velocities [m/s]; with ``coarse_to_fine``, then a
-        row for every cloth: the number of cycles it takes at least, as it hangs calm, the part of its
-        back-off that it keeps [1], and the part of its way in a step that it leaves out where it lies calm on
-        something [1]. ``None``: nothing.
+        ``None`` if there is nothing. In this order, one after the other:
+
+        - the integrator's own velocities [m/s], where a filter lets them differ, as ``coarse_to_fine`` does;
+        - with ``bdf2`` the last displacements [m] and what forces added to velocities [m/s];
+        - with ``coarse_to_fine`` a row for every cloth: the number of cycles it takes at least, as it hangs
+          calm; the part of its back-off that it keeps [1]; the part of its way in a step that it leaves out
+          where it lies calm on something [1].
         """
         return self._engine.past()
 

@@ -134,13 +134,13 @@ class Surrounded(Simulated):
         """Tension of each spring in the last step [N], shape (springs,), a copy; below 0 where it pushes.
 
         The part of the strain limit is in it, and that of dampers. What the step did to the momentum of each
-        vertex, less what gravity, air, bending and contact did, is the work of springs; of all tensions that
-        do it these are the nearest to Hooke's law, in the sum of squares. In a chain there are no others; a
+        vertex, less what gravity, air, bending and contact did, is the work of springs. Of all tensions that
+        do it these are the nearest to Hooke's law, in the sum of squares. In a chain there are no others. A
         mesh has more springs than it needs, so that neighbours share a load evenly. A sum over several
-        springs, as of those at a pin, says more than a single one, and a mean over some steps more than one
+        springs, as of those at a pin, says more than a single one. A mean over some steps says more than one
         step. Coarse levels of the filter bear some loads across springs, which no tension tells: in irregular
-        meshes up to 5 % of the weight. They are found when they are asked for, which takes about as long as
-        some steps: less than a second for 10,000 vertices.
+        meshes up to 5 % of the weight. Tensions are found when they are asked for. That takes about as long
+        as some steps: less than a second for 10,000 vertices.
 
         Raises:
             SimulationError: no step was taken since the start, or since the state was set.

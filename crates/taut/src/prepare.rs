@@ -19,8 +19,8 @@ pub struct Prepared {
     pub schedule: Schedule,
 }
 
-/// Builds the model of a scene; `meshes` holds the geometry of every mesh that the scene names, `followed` the arrays that its pins
-/// and bodies follow.
+/// Builds the model of a scene. `meshes` holds the geometry of every mesh that the scene names. `followed` holds the arrays that its
+/// pins and bodies follow.
 ///
 /// # Errors
 /// A mesh is missing or unusable, a pin matches nothing, pins are out of the cloth's reach, a motion does not fit its body, the step is

@@ -236,9 +236,9 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
     step_for(model, state, inputs, dt, work, &mut Content).unwrap_or_default()
 }
 
-/// Advances by one step of `dt` seconds under what acts from outside; in several parts where bodies would go further than a cell of the
-/// cloth, and where a step would have to be cut since something would cross something else. None if the host ends
-/// it; the state is then of no use.
+/// Advances by one step of `dt` seconds under what acts from outside. The step is taken in several parts where bodies would go further
+/// than a cell of the cloth, and where it would have to be cut since something would cross something else. None if the host ends
+/// it: the state is then of no use.
 pub fn step_for(
     model: &Model,
     state: &mut State,

@@ -109,8 +109,8 @@ def plan(
 def irregular_square(cells: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Triangulate the square of 1 m x 1 m in the plane z = 0 irregularly, the same way each time.
 
-    Points of a grid, moved at random by up to a quarter of their distance (those on the border along it),
-    are joined by a Delaunay triangulation and numbered at random, as meshes from other programs are.
+    Points of a grid are moved at random by up to a quarter of their distance, those on the border along it.
+    They are joined by a Delaunay triangulation and numbered at random, as meshes from other programs are.
 
     Args:
         cells: cells of the grid along a side [1].

@@ -24,8 +24,8 @@ ROOM = 0.62
 def shirt(vertices: int = 6400, size: float = 1.0, seed: int = 1) -> tuple[Vertices, Faces]:
     """Make a T-shirt with its sleeves spread, the hem round the origin in the plane z = 0.
 
-    Its two sides, front at -y, are triangulated differently, densely at the neck and sparsely at the hem, and
-    share the vertices of their seams; neck, cuffs and hem are open. The seams lie in the plane y = 0.
+    Its two sides, front at -y, are triangulated differently, densely at the neck and sparsely at the hem.
+    They share the vertices of their seams, which lie in the plane y = 0. Neck, cuffs and hem are open.
 
     Args:
         vertices: how many there are in all, roughly [1].

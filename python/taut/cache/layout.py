@@ -1,7 +1,7 @@
 """Names, types and chunks of the arrays in a cache. Zarr, version 3.
 
-Every chunk is on disk, with a checksum, whatever it holds; so a chunk that is missing or damaged is seen.
-What a row holds has a checksum of its own, in which the row and its array are named; so an intact chunk in
+Every chunk is on disk, with a checksum, whatever it holds. So a chunk that is missing or damaged is seen.
+What a row holds has a checksum of its own, in which the row and its array are named. So an intact chunk in
 the place of another is seen, too.
 
 Group attributes:

@@ -29,9 +29,9 @@ class Cache:
     which is checked when they are read. A chunk that is missing, or stands where another one should, is an
     error that names its file and its frames.
 
-    Caches of the format before this one (``taut-cache/3``) are read on trust: their metadata have no
-    checksum, and chunks of nothing but zeros were not written, so that one of `pins`, `spring_kind` or whole
-    numbers in `diagnostics` that is missing reads as zeros. A run that goes on in one keeps its format and
+    Caches of the format before this one (``taut-cache/3``) are read on trust. Their metadata have no
+    checksum. Chunks of nothing but zeros were not written, so that a missing one of `pins`, `spring_kind` or
+    whole numbers in `diagnostics` reads as zeros. A run that goes on in one keeps its format and
     adds the checksum. To be sure of an old cache, run its scene again.
     """
 

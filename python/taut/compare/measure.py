@@ -183,8 +183,8 @@ def energy_kept(cache: Cache) -> float | None:
     """The energy in motion and in springs where the first fall ends, over what has been there to keep [1].
 
     The first fall ends in the frame in which the potential energy is lowest before it rises again by a
-    hundredth of its range; where it does not rise, in its lowest frame. What has been there to keep is the
-    potential energy given up until then and the energy at the start.
+    hundredth of its range. Where it does not rise, the fall ends in its lowest frame. What has been there to
+    keep is the potential energy given up until then and the energy at the start.
     """
     numbers = cache.diagnostics
     potential: Numbers = numbers["potential_energy"]

@@ -167,8 +167,8 @@ def _ground_directions(frames: Frames, axis: int) -> tuple[Points, Points]:
 def _fit(points: Points, view: Points, up: Points, aspect: float) -> tuple[Points, Points]:
     """Move a camera that looks along ``view`` to where all points just fit; return eye and target.
 
-    Each border of the picture is a plane through the eye with a known normal, so each gives one linear bound
-    on the eye's place; the nearest eye that keeps them all follows from opposite pairs of them.
+    Each border of the picture is a plane through the eye with a known normal. So each gives one linear bound
+    on the eye's place. The nearest eye that keeps them all follows from opposite pairs of them.
     """
     side = np.cross(view, up)
     side /= np.linalg.norm(side)

@@ -23,8 +23,8 @@ class OrderError(ValueError):
 def pack(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """A message for the page.
 
-    It is the length of the header (uint32, little-endian), the header as JSON, filled up with blanks to
-    four bytes, and the arrays, whose names, types and shapes stand in the header's ``arrays``.
+    It has three parts: the length of the header (uint32, little-endian); the header as JSON, filled up with
+    blanks to four bytes; and the arrays. Their names, types and shapes stand in the header's ``arrays``.
 
     Args:
         header: JSON values.

@@ -1,7 +1,7 @@
 //! Positions and velocities in, accelerations and velocities out: F_INT + F_EXT of the paper (section 2).
 //!
 //! Each force is a kernel in a file of its own. The Euler method looks once a step at what acts from outside, which gives an
-//! acceleration; springs and dampers, which are stiffer, change velocities in as many parts of the step as they need. The other
+//! acceleration. Springs and dampers are stiffer: they change velocities in as many parts of the step as they need. The other
 //! integrators look at all forces together, stage by stage.
 
 mod air_drag;
@@ -211,8 +211,9 @@ pub fn damping_gains(
     impulse.apply(Damper, stride.model, cloth, &mut forces.dampers, pool);
 }
 
-/// Dampers of some cloths over a whole step: `V += F_D / M h` if one stage is stable, or as many stages of a Runge-Kutta-Legendre method
-/// as make it stable (Meyer, Balsara & Aslam 2012, first order: s stages are stable for (s^2 + s) / 2 times the step).
+/// Dampers of some cloths over a whole step: `V += F_D / M h` if one stage is stable. Otherwise as many stages of a
+/// Runge-Kutta-Legendre method as make it stable (Meyer, Balsara & Aslam 2012, first order). s stages are stable for (s^2 + s) / 2
+/// times the step.
 pub fn damp(stride: Stride<'_>, cloths: &[ClothRange], stages: u32, velocities: &mut Vectors, forces: &mut Forces, pool: &Pool) {
     let Forces { dampers, stage, .. } = forces;
     let s = stages as f32;

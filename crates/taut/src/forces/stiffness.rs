@@ -2,8 +2,8 @@
 //!
 //! Both are sums over pairs of particles: `a N N^T + b I` of the one and `c I` of the other, acting on the difference of the
 //! two. A spring of length l pulls back with k along N and with `k (1 - L / l)` across it (docs/equations.md, "Stiffness"). In a
-//! compressed spring the latter is negative, and the linear system could lose its solution; it is left out, as Choi & Ko
-//! (*Stable but responsive cloth*, 2002, section 4) do. What is left never pulls back too little, which is stable, and costs
+//! compressed spring the latter is negative, and the linear system could lose its solution. It is left out, as Choi & Ko
+//! (*Stable but responsive cloth*, 2002, section 4) do. What is left never pulls back too little. That is stable, and costs
 //! no more than accuracy.
 
 use glam::DVec3;

@@ -133,7 +133,7 @@ fn lines_in_row(items: usize, numbers: impl Fn(usize) -> Option<[u32; 4]>) -> Ve
     (0..items / LANES).map(|line| (line * LANES + 1..(line + 1) * LANES).all(follows)).collect()
 }
 
-/// The wind force [N] on an area [m^2] whose velocity relative to the air is V_rel; `most` is the inertia that it acts on over
+/// The wind force [N] on an area [m^2] whose velocity relative to the air is V_rel. `most` is the inertia that it acts on over
 /// the length of the step [kg/s].
 #[inline(always)]
 fn force(air: &Air, law: WindLaw, resistance: &Resistance, relative: Vec3, normal: Vec3, area: f32, most: f32) -> Vec3 {
@@ -150,9 +150,9 @@ fn pressure(relative: Vec3, normal: Vec3, area: f32, density_drag: f32, most: f3
     normal * (-least(0.5 * density_drag * area * relative.length(), most) * relative.dot(normal))
 }
 
-/// Keckeisen et al. 2004: drag against V_rel on the area that the flow sees, `-1/2 rho C_d A |V_n| V_rel`, and lift at right
-/// angles to V_rel in its plane with the normal, `-1/2 rho C_l A |V_rel| (V_n - |V_n|^2 / |V_rel|^2 V_rel)`, where
-/// `V_n = (V_rel . N) N`.
+/// Drag and lift of Keckeisen et al. 2004, with `V_n = (V_rel . N) N`. Drag acts against V_rel on the area that the flow sees,
+/// `-1/2 rho C_d A |V_n| V_rel`. Lift acts at right angles to V_rel in its plane with the normal,
+/// `-1/2 rho C_l A |V_rel| (V_n - |V_n|^2 / |V_rel|^2 V_rel)`.
 #[inline(always)]
 fn drag_and_lift(relative: Vec3, normal: Vec3, factor: f32, resistance: &Resistance, most: f32) -> Vec3 {
     let square = relative.length_squared();

@@ -7,8 +7,8 @@ use std::thread;
 /// How often a thread that stays awake looks for work before it offers its processor to others.
 const LOOKS_BEFORE_YIELD: u32 = 64;
 
-/// Runs `work` while so many other threads stay awake. A thread that finds nothing to do for some 20 us falls asleep, and to wake it
-/// takes longer than most loops here; between two of them there is always some work for one thread.
+/// Runs `work` while so many other threads stay awake. A thread that finds nothing to do for some 20 us falls asleep. To wake it
+/// takes longer than most loops here. Between two of them there is always some work for one thread.
 pub(super) fn awake<R: Send>(others: usize, work: impl FnOnce() -> R + Send) -> R {
     if others == 0 {
         return work();

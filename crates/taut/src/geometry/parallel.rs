@@ -1,7 +1,7 @@
 //! Threads that never change a result.
 //!
-//! Work is cut into chunks whose size does not depend on the number of threads; each chunk writes its own part of the
-//! output or its own partial result, and partial results are combined in chunk order. Hence the same bits for any
+//! Work is cut into chunks whose size does not depend on the number of threads. Each chunk writes its own part of the
+//! output or its own partial result. Partial results are combined in chunk order. Hence the same bits for any
 //! number of threads.
 
 use std::ops::Range;

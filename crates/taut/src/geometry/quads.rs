@@ -29,8 +29,8 @@ pub fn by_vector([x, y, z]: [Vec4; 3]) -> [Vec4; 4] {
     [x_axis, y_axis, z_axis, w_axis]
 }
 
-/// From the quads `a` to the quads `b`, each coordinate of all four. Written out, as what follows is: what `array::map` and closures
-/// make of it is not always inlined into a function that is compiled for wider registers, and a call costs more than the work.
+/// From the quads `a` to the quads `b`, each coordinate of all four. Written out, as what follows is: `array::map` and closures
+/// are not always inlined into a function that is compiled for wider registers, and a call costs more than the work.
 #[inline(always)]
 #[must_use]
 pub fn differences(quads: &[Vec4], [a, b]: &[[u32; 4]; 2]) -> [Vec4; 3] {

@@ -4,9 +4,9 @@ use pulp::Simd;
 
 /// 1 / sqrt(`square`), lane by lane, within 1e-6 of it; a finite number where `square` is zero.
 ///
-/// Processors have an instruction for this whose last bits differ between makers; dividing by a square root takes five
-/// times as long. This starts from the exponent halved in integer arithmetic, y with y^2 = (1 - e) / square and |e| < 0.07,
-/// and multiplies it by a cubic that is (1 - e)^(-1/2) within 7.5e-7 there (a least-squares fit, reweighted to the
+/// Processors have an instruction for this whose last bits differ between makers. Dividing by a square root takes five
+/// times as long. This starts from the exponent halved in integer arithmetic: y with y^2 = (1 - e) / square and |e| < 0.07.
+/// It multiplies y by a cubic that is (1 - e)^(-1/2) within 7.5e-7 there (a least-squares fit, reweighted to the
 /// smallest maximum).
 #[inline(always)]
 #[must_use]
@@ -15,8 +15,8 @@ pub fn reciprocal_sqrt<S: Simd>(simd: S, square: S::f32s) -> S::f32s {
     root
 }
 
-/// [`reciprocal_sqrt`] of several registers at once: each operation waits for the one before, and the processor does those of
-/// the other registers meanwhile if they stand next to it in the program.
+/// [`reciprocal_sqrt`] of several registers at once. Each operation waits for the one before. The processor does those of
+/// the other registers meanwhile, if they stand next to it in the program.
 #[inline(always)]
 #[must_use]
 pub fn reciprocal_sqrts<S: Simd, const N: usize>(simd: S, squares: [S::f32s; N]) -> [S::f32s; N] {

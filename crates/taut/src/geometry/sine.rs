@@ -2,8 +2,8 @@
 
 /// sin(2 pi `turns`), within 5e-6, for less than four million turns.
 ///
-/// The standard library's sine differs between platforms in the last bit; this odd polynomial (Taylor terms to the
-/// ninth power on a quarter turn) uses additions and multiplications alone, and the compiler can vectorise it.
+/// The standard library's sine differs between platforms in the last bit. This odd polynomial (Taylor terms to the
+/// ninth power on a quarter turn) uses additions and multiplications alone. The compiler can vectorise it.
 #[inline(always)]
 #[must_use]
 pub fn sine_of_turns(turns: f32) -> f32 {

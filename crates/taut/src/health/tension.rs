@@ -11,10 +11,10 @@ const ENOUGH: f64 = 1e-6;
 /// .. or after so many passes over all springs: the load of a chain goes from link to link, in as many as it has.
 const MOST_PASSES: usize = 10_000;
 
-/// Tension of each spring [N]: that of Hooke's law, or of its curve, and the least change of it, in the sum of squares, that gives each
-/// particle the force `wanted` besides [N]. Where none does, as where cloth would have to bear loads across itself, the one that leaves
-/// the least of it, in the sum of squares over masses. Type 2 springs keep what they have. Conjugate gradients [HestenesStiefel52] from
-/// zero lead to that one of all solutions.
+/// Tension of each spring [N]. It is that of Hooke's law, or of its curve, and the least change of it, in the sum of squares, that gives
+/// each particle the force `wanted` besides [N]. No change does so where cloth would have to bear loads across itself. There it is the
+/// one that leaves the least of that force, in the sum of squares over masses. Type 2 springs keep what they have. Conjugate gradients
+/// [HestenesStiefel52] from zero lead to that one of all solutions.
 #[must_use]
 pub fn tensions(model: &Model, state: &State, wanted: &[DVec3]) -> Vec<f64> {
     let springs = Springs::new(model, state);

@@ -88,8 +88,8 @@ impl Air {
     }
 }
 
-/// Waves carried along by the mean wind (Taylor's frozen turbulence: a gust of period T is |W| T long), their
-/// amplitudes falling as k^(-1/3) (Kolmogorov's spectrum), directions and phases drawn from the seed.
+/// Waves carried along by the mean wind (Taylor's frozen turbulence: a gust of period T is |W| T long). Their amplitudes fall as
+/// k^(-1/3) (Kolmogorov's spectrum). Their directions and phases are drawn from the seed.
 fn waves(mean: DVec3, strength: f64, period: f64, seed: u64) -> Vec<Wave> {
     let speed = mean.length();
     if speed < SLOWEST || strength == 0.0 {

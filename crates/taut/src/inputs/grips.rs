@@ -2,7 +2,7 @@
 //! paths.
 //!
 //! A held particle has no mass while it is held, as a pin of the scene: it goes where it is told. A led particle keeps its mass: it
-//! goes where the hand says unless the strain limit holds it back, and a hand that asks for the impossible stays behind its target.
+//! goes where the hand says unless the strain limit holds it back. A hand that asks for the impossible stays behind its target.
 
 use std::ops::Range;
 

@@ -1,14 +1,16 @@
 //! The backward differences of second order (Choi & Ko, *Stable but responsive cloth*, 2002, section 4), linearised.
 //!
-//! With D and E for what the last step added to X and V, r for this step's length over the last one's, a = r^2 / (1 + 2 r) and
-//! b = (1 + r) / (1 + 2 r) h, `V' = V + a E + F(X', V') b / M`, `X' = X + a D + V' b`; among equal steps a = 1/3 and b = 2 h / 3.
-//! Order 2, stable for springs, bending and dampers at any step; it
-//! damps much less than backward Euler what is slower than the step. D and E are part of the state; without them (both zero: at
-//! the start, or where a state was set; or where steps grow too fast) a step is one of backward Euler, `V' = V + F(X', V') h / M`, `X' = X + V' h`.
+//! D and E are what the last step added to X and V, r is this step's length over the last one's. With a = r^2 / (1 + 2 r) and
+//! b = (1 + r) / (1 + 2 r) h a step is `V' = V + a E + F(X', V') b / M`, `X' = X + a D + V' b`. Among equal steps a = 1/3 and
+//! b = 2 h / 3. The method has order 2 and is stable for springs, bending and dampers at any step. It damps what is slower than the
+//! step much less than backward Euler does.
 //!
-//! *Where the forces are linear.* Springs, bending and dampers around the beginning of the step, as in the paper. That needs exact
-//! derivatives for order 2, and those of compressed springs are not. (Around what the last step points to, inexact ones would do,
-//! but stiff cloth in long steps then gains energy.) What acts from outside is taken where the last step points to.
+//! D and E are part of the state. Both are zero at the start, and where a state was set. Without them, and where steps grow too fast, a
+//! step is one of backward Euler, `V' = V + F(X', V') h / M`, `X' = X + V' h`.
+//!
+//! *Where the forces are linear.* Springs, bending and dampers are linear around the beginning of the step, as in the paper. Order 2
+//! needs exact derivatives there, and those of compressed springs are not exact. (Around what the last step points to, inexact ones
+//! would do, but stiff cloth in long steps then gains energy.) What acts from outside is taken where the last step points to.
 //!
 //! *Filters.* E is what forces added. A plain V - V_before would carry a third of what a filter stops into the next step, as a
 //! bounce.

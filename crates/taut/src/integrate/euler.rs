@@ -1,8 +1,8 @@
 //! The paper's Euler method (section 3), velocity first: `V^(t+h) = V^t + F h / M`, `X^(t+h) = X^t + V^(t+h) h` (printed with V
 //! on the left; see docs/equations.md). Order 1, symplectic without dampers and drag.
 //!
-//! Where the filter looks at several steps of the springs at once, leapfrog inside its step: its energy has no term in X V, so
-//! that what dampers and filters take from V is always taken from the energy.
+//! Where the filter looks at several steps of the springs at once, they are leapfrog inside its step. The energy of leapfrog has no term
+//! in X V. So what dampers and filters take from V is always taken from the energy.
 
 use super::{MassScaling, Method, Step};
 use crate::forces::{self, Forces};

@@ -1,8 +1,8 @@
 //! Linearised backward Euler (Baraff & Witkin, *Large steps in cloth simulation*, 1998, equation 6).
 //!
-//! `V' = V + F(X', V') h / M`, `X' = X + V' h`, with the forces of the end of the step taken as linear around its beginning:
-//! `(M - h dF/dV - h^2 dF/dX) U = h (F + h dF/dX V)`, `V' = V + U`. Order 1, stable for springs, bending and dampers at any step,
-//! and it damps: a vibration with h w = 1 loses half of its energy in every step. The wind is taken at the beginning.
+//! A step is `V' = V + F(X', V') h / M`, `X' = X + V' h`. The forces of its end are taken as linear around its beginning:
+//! `(M - h dF/dV - h^2 dF/dX) U = h (F + h dF/dX V)`, `V' = V + U`. The method has order 1 and is stable for springs, bending and
+//! dampers at any step. It damps: a vibration with h w = 1 loses half of its energy in every step. The wind is taken at the beginning.
 
 use super::{LinearSystem, Method, Step};
 use crate::forces::{self, Forces};

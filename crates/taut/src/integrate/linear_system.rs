@@ -1,9 +1,9 @@
 //! The linear system of an implicit step, solved by conjugate gradients.
 //!
-//! `(M - b dF/dV - b^2 dF/dX) U = R` for the change of velocity U of a cloth; what is held does not change
+//! It is `(M - b dF/dV - b^2 dF/dX) U = R` for the change of velocity U of a cloth. What is held does not change
 //! (Baraff & Witkin, *Large steps in cloth simulation*, 1998, section 5). The matrix is symmetric and positive definite, and
-//! never written down. The method is that of Hestenes & Stiefel 1952, with the inverse of each particle's own 3 x 3 block as a
-//! preconditioner, in double precision; sums are taken chunk by chunk, so that they do not depend on the number of threads.
+//! never written down. The method is that of Hestenes & Stiefel 1952, in double precision. The preconditioner is the inverse of each
+//! particle's own 3 x 3 block. Sums are taken chunk by chunk, so that they do not depend on the number of threads.
 
 use glam::{DMat3, DVec3};
 

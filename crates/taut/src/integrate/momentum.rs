@@ -1,7 +1,7 @@
 //! What rounding takes from the momentum of cloths that nothing holds, given back.
 //!
-//! Springs, dampers and filters only hand momentum on, but each of them rounds the velocities of all particles, and in thousands
-//! of steps that adds up. So the momentum of a free cloth is summed up in double precision before and after a step, and one
+//! Springs, dampers and filters only hand momentum on. But each of them rounds the velocities of all particles, and in thousands
+//! of steps that adds up. So the momentum of a free cloth is summed up in double precision before and after a step. One
 //! particle takes what is missing: the slowest one, whose velocity is rounded least.
 
 use glam::{DVec3, Vec3};

@@ -1,7 +1,7 @@
 //! Explicit Runge-Kutta methods whose stages each begin where the one before points to.
 //!
-//! Stage i sees the state at `X + c_i h V_(i-1)`, `V + c_i h A_(i-1)` and the time `t + c_i h`, V_(i-1) and A_(i-1) being the
-//! velocities and accelerations of the stage before; the step goes along the weighted means of all V_i and A_i. Every force is
+//! V_(i-1) and A_(i-1) are the velocities and accelerations of the stage before. Stage i sees the state at `X + c_i h V_(i-1)`,
+//! `V + c_i h A_(i-1)` and the time `t + c_i h`. The step goes along the weighted means of all V_i and A_i. Every force is
 //! looked at anew in every stage, gusts at the stage's own time.
 
 use super::{Method, Step};

@@ -150,7 +150,7 @@ impl CurvesOfCloth {
     /// What a spring follows, if it does.
     ///
     /// A structural spring stands for a strip of the breadth A_e / L. A diagonal of a cell a b is strained by g a b / L^2 when
-    /// the cell is sheared by the angle g, and it and the other one share the energy of the cell: `F = L / 2 C(g)`.
+    /// the cell is sheared by the angle g. Both diagonals share the energy of the cell: `F = L / 2 C(g)`.
     pub fn of(&self, seed: &SpringSeed, part: &Part) -> Option<Follows> {
         let rest = part.rest_length(seed.ends);
         let follow = |curve: Option<u32>, breadth: f64, gain: f64| {

@@ -2,7 +2,7 @@
 //!
 //! Single precision loses digits with the distance from the origin: at 1 km it tells places 0.06 mm apart, which is 0.6 % of a spring of
 //! 1 cm. So each cloth has an origin near it, and its positions are local: its places in the world are origin + local. From one possible
-//! origin to the next it is a power of two, at least twice the cloth's size. Cloth near the origin of the world has that one; a shape
+//! origin to the next it is a power of two, at least twice the cloth's size. Cloth near the origin of the world has that one. A shape
 //! that is put elsewhere, by the origin of a grid or by `translate`, has the same local positions to the last bit.
 
 use glam::{DVec3, Vec3};
@@ -19,8 +19,8 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// One near the middle of some points [m], which are counted from `from` [m]: that of the world, if it is the nearest of its
-    /// multiples; otherwise a multiple from `from`, so that a shape has the same coordinates wherever it is put.
+    /// One near the middle of some points [m], which are counted from `from` [m]. It is that of the world, if that is the nearest of
+    /// its multiples. Otherwise it is a multiple from `from`, so that a shape has the same coordinates wherever it is put.
     #[must_use]
     pub fn near(from: DVec3, points: &[DVec3]) -> Self {
         let nowhere = (DVec3::INFINITY, DVec3::NEG_INFINITY);

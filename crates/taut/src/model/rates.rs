@@ -1,8 +1,8 @@
 //! How fast a model can vibrate and how fast the air slows it.
 //!
-//! Vibrations x'' = -w^2 x - g x' are bounded by Gershgorin's theorem on the spring matrix, in every configuration the cloth
-//! can take: w^2 and g are at most the largest d_u/m_u + d_v/m_v over the springs uv, d being the sum of the constants at a
-//! particle (docs/equations.md, "Step").
+//! Gershgorin's theorem on the spring matrix bounds vibrations x'' = -w^2 x - g x', in every configuration the cloth can take. w^2
+//! and g are at most the largest d_u/m_u + d_v/m_v over the springs uv, d being the sum of the constants at a particle
+//! (docs/equations.md, "Step").
 
 use super::{Bending, ClothRange, LevelRate, Particles, Springs};
 

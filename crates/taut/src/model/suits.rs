@@ -3,8 +3,8 @@
 use super::{Adjacency, ClothRange, Particles, Springs};
 use crate::scene::{FilterKind, IntegratorKind, SceneError, Solver};
 
-/// Rods that leave a particle fewer degrees of freedom than this, on average, leave a cloth that cannot bend: every
-/// edge of a triangle mesh as a rod leaves none but for the border, warp and weft leave one.
+/// If rods leave a particle fewer degrees of freedom than this, on average, the cloth cannot bend. With every edge of a triangle mesh as a
+/// rod none is left but for the border. With warp and weft as rods one is left.
 const LEAST_FREEDOM: f64 = 0.5;
 
 /// Refuses a filter for a cloth that it cannot limit; returns what is worth a warning.

@@ -1,7 +1,7 @@
 //! Distances along the cloth at rest.
 //!
 //! Along crooked edges distances come out too long. Where triangles are known, a front that has reached two corners of
-//! a triangle goes on straight across it: the triangle is unfolded into the plane of the source, which is exact on
+//! a triangle goes on straight across it. The triangle is unfolded into the plane of the source. That is exact on
 //! flat and developable cloth.
 
 use std::cmp::Reverse;

@@ -8,8 +8,8 @@ const LEAST: f64 = 2.0;
 /// .. and a network no shorter link than this: it knows what is near along its links.
 const LEAST_OF_LINKS: f64 = 0.5;
 
-/// Warns of cloths whose thickness is more than half of their shortest edge, or twice their shortest link, where cloths touch each other:
-/// parts that belong together would push each other away. Bodies see the thickness from outside.
+/// Warns, where cloths touch each other, of those whose thickness is more than half of their shortest edge, or twice their shortest link.
+/// Parts that belong together would push each other away. Bodies see the thickness from outside.
 pub(super) fn cautions(scene: &Scene, cloths: &[ClothRange], springs: &Springs, numbering: &Numbering) -> Vec<String> {
     if !scene.self_contact() {
         return Vec::new();

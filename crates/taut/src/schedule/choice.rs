@@ -11,14 +11,14 @@ use crate::scene::{FilterKind, IntegratorKind, Scene, SceneError, Substeps};
 
 /// Under limits tighter than this [1] it shrinks with their cube root.
 pub(super) const ROOMY: f64 = 0.05;
-/// Where a particle has a part s of the mass of a cloth, "auto" takes 1 + 28 s times as many steps: it throws the cloth about, and
-/// single steps leave the motion. Measured (docs/decisions/coarse-to-fine.md).
+/// Where a particle has a part s of the mass of a cloth, "auto" takes 1 + 28 s times as many steps. Such a particle throws the cloth
+/// about, and single steps leave the motion. Measured (docs/decisions/coarse-to-fine.md).
 const HURRY: f64 = 28.0;
 /// What does not scale masses, networks, has a longest step of this part of that time [1] ..
 const LONGEST_UNSCALED: f64 = 0.0261;
-/// .. if the limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step, and a
-/// filter that looks at the whole step only cannot stop them: one that takes back what many of them did leaves the cloth
-/// pressed together. So the step shrinks with the root of the limit, ..
+/// .. if the limit is at least this [1]. Under tighter limits vibrations of the springs reach the limit within a step. A filter that
+/// looks at the whole step only cannot stop them. If it takes back what many of them did, it leaves the cloth pressed together. So the
+/// step shrinks with the root of the limit, ..
 const ROOMY_UNSCALED: f64 = 0.1;
 /// .. and has no more than so many parts of the springs [1], if the limit ..
 const PARTS: f64 = 11.0;
@@ -119,8 +119,8 @@ impl Schedule {
         Plan::new(model, length, &self.unhurried, &self.pace)
     }
 
-    /// Checks the length of a step that nobody chose for the scene. Springs and dampers bound it, the air does not: what it does in
-    /// a step that is too long for it only slows (docs/equations.md, "Steps that are too long for the air").
+    /// Checks the length of a step that nobody chose for the scene. Springs and dampers bound it. The air does not: in a step that is
+    /// too long for it, it only slows (docs/equations.md, "Steps that are too long for the air").
     ///
     /// # Errors
     /// Says how long a step may be.
@@ -207,9 +207,9 @@ fn longest_scaled(cloth: &ClothRange, Whole { frame, pace, .. }: Whole<'_>) -> f
     pace::part(frame, LONGEST * pace[cloth.index] * cbrt(cloth.strain_limit / ROOMY).min(1.0))
 }
 
-/// The steps that cloths want beside each other [s]. A cloth whose springs are stiff takes more parts rather than have others take more
-/// steps: nets that take hundreds of parts are as near the converged motion as in the steps they want alone
-/// (docs/decisions/README.md). And the steps that they could do with, however short the others want theirs.
+/// The steps that cloths want beside each other [s], and the steps that they could do with, however short the others want theirs. A cloth
+/// whose springs are stiff takes more parts rather than have others take more steps. Nets that take hundreds of parts are as near the
+/// converged motion as in the steps they want alone (docs/decisions/README.md).
 fn wanted(cloths: &[ClothRange], whole: Whole<'_>) -> [Vec<f64>; 2] {
     let with = |parts: f64| move |cloth: &ClothRange| longest_divided(cloth, parts, whole) / hurry(cloth);
     let alone: Vec<f64> = cloths.iter().map(with(PARTS)).collect();

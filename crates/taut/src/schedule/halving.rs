@@ -1,9 +1,9 @@
 //! Steps that are halved where contact asks for it.
 //!
-//! What touches may need shorter steps than the cloth alone, and nobody knows before: a step that would have to be cut, since something
-//! would cross something else, is taken back and taken in two halves, and these again. What helped is remembered: the next steps begin
-//! with as many parts, and every now and then with fewer. Where even the shortest parts had to be cut, since cloth is pinched, the next
-//! step is taken whole, and cut.
+//! What touches may need shorter steps than the cloth alone, and nobody knows before. A step would have to be cut where something would
+//! cross something else. Such a step is taken back and taken in two halves, and these again. What helped is remembered: the next steps
+//! begin with as many parts, and every now and then with fewer. Where even the shortest parts had to be cut, since cloth is pinched, the
+//! next step is taken whole, and cut.
 
 use glam::Vec3;
 

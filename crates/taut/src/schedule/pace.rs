@@ -1,18 +1,18 @@
 //! How fast a cloth moves as a whole: the time by which its steps are measured.
 //!
-//! A step that is short for a curtain is long for a doll's skirt. What a step may be for the sake of the motion is a part of the time in
-//! which the cloth falls through its own size, so that a scene and the same scene at another scale are simulated alike.
+//! A step that is short for a curtain is long for a doll's skirt. For the sake of the motion a step may be a part of the time in
+//! which the cloth falls through its own size. So a scene and the same scene at another scale are simulated alike.
 
 use crate::inputs::Inputs;
 use crate::model::ClothRange;
 
-/// Longest step that "auto" takes where stability does not bound it, for the sake of the motion, as a part of the time in which the
+/// Longest step that "auto" takes where stability does not bound it, for the sake of the motion. It is a part of the time in which the
 /// cloth moves by its size [1]: 1/60 s for a cloth of 1 m.
 pub(super) const LONGEST: f64 = 0.0522;
 /// Wind passes a cloth so many times before it has carried it by its size [1].
 const PASSES: f64 = 5.0;
-/// A step may be longer than the motion asks for by this part of the frame that it divides [1]: a cloth of 0.99 m would take twice the
-/// steps of one of 1 m.
+/// A step may be longer than the motion asks for by this part of the frame that it divides [1]. Otherwise a cloth of 0.99 m would take
+/// twice the steps of one of 1 m.
 const LENIENT: f64 = 0.25;
 
 /// The time in which a cloth moves by its size [s]: sqrt(size / g), or what fast wind leaves of it, but no more than `longest`. Where

@@ -8,23 +8,23 @@ use crate::scene::{FilterKind, IntegratorKind, Solver};
 
 /// Part of the bound that plans use: compression turns springs soft, impulses of a filter do not count.
 pub(super) const SAFETY: f64 = 0.9;
-/// The longest part of a step that springs with scaled masses take, as a part of the time in which the cloth moves by its size [1]:
-/// vibrations that are slower than this are as they should be. 1/180 s for a cloth of 1 m.
+/// The longest part of a step that springs with scaled masses take, as a part of the time in which the cloth moves by its size [1].
+/// Vibrations that are slower than this are as they should be. It is 1/180 s for a cloth of 1 m.
 const SCALED_PART: f64 = 0.0174;
 /// How much larger the largest eigenvalue of springs with scaled masses may be than that of each level, with its share.
 const OVERLAP: f64 = 1.25;
 
-/// The least part of its acceleration that an even load gives a cloth with scaled masses on the whole [1]: a grid, and a mesh, whose
-/// levels lie further apart, so that more of it is beside what is held.
+/// The least part of its acceleration that an even load gives a cloth with scaled masses on the whole [1], of a grid and of a mesh.
+/// Levels of a mesh lie further apart, so that more of it is beside what is held.
 const SETS_OUT: f64 = 0.9;
 const SETS_OUT_OF_MESHES: f64 = 0.95;
 
 /// Masses are not scaled unless that saves so many times the parts.
 const WORTH: f64 = 2.0;
 
-/// h g of the fastest mode, at least, where a filter looks at several parts of a step together [1]. It takes the displacement D
-/// of a step back and D / h from the velocity. A vibration of frequency w leaves the step with V cos(w h) and D = V sin(w h) / w,
-/// so that it is multiplied by cos(w h) - sin(w h) / (w h), which is up to 1.063: undamped, it would grow.
+/// h g of the fastest mode, at least, where a filter looks at several parts of a step together [1]. The filter takes back the
+/// displacement D of a step, and D / h from the velocity. A vibration of frequency w leaves the step with V cos(w h) and
+/// D = V sin(w h) / w. So it is multiplied by cos(w h) - sin(w h) / (w h), which is up to 1.063: undamped, it would grow.
 const LEAST_DECAY: f64 = 1.2;
 
 /// A step of some length.
@@ -119,9 +119,9 @@ pub(super) fn spring_steps(step_length: f64, rates: &LevelRate) -> (f64, f64) {
     (parts, if ahead > 0.0 { ahead / square } else { 0.0 })
 }
 
-/// Parts of the springs with scaled masses: as few as vibrations that must be seen allow, those of the coarsest levels, whose
-/// masses are never scaled, and what is held; nothing if that is not much fewer than `unscaled` (docs/equations.md, "Scaled masses").
-/// The cloth moves by its size in `pace` seconds.
+/// Parts of the springs with scaled masses (docs/equations.md, "Scaled masses"). They are as few as three things allow: vibrations that
+/// must be seen, those of the coarsest levels, whose masses are never scaled, and what is held. None if that is not much fewer than
+/// `unscaled`. The cloth moves by its size in `pace` seconds.
 pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: f64) -> Option<ScaledTiming> {
     let LevelRate { frequency_squared: slowest, damping, .. } = *cloth.rates.last()?;
     let mut parts = pace::parts(step_length, SCALED_PART * pace);
@@ -143,7 +143,7 @@ pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: 
     })
 }
 
-/// The part of its acceleration that an even load gives a cloth on the whole, if a w^2 of `borne` is borne [1]: levels whose
+/// The part of its acceleration that an even load gives a cloth on the whole, if a w^2 of `borne` is borne [1]. Levels whose
 /// particles are tied to what is held give nothing there.
 fn moved_by_even_load(cloth: &ClothRange, borne: f64) -> f64 {
     let shares = shares(borne, cloth.rates.iter().map(|rate| rate.frequency_squared));

@@ -4,7 +4,7 @@ use crate::geometry::cbrt;
 use crate::model::Rates;
 use crate::scene::{FilterKind, IntegratorKind, Solver};
 
-/// Where a method lets undamped vibrations grow however short the step is, they may grow by a factor e in this time [s]: it is how long
+/// Where a method lets undamped vibrations grow however short the step is, they may grow by a factor e in this time [s]. It is how long
 /// people look at a scene, whatever the size of the cloth.
 pub(super) const GROWTH_TIME: f64 = 10.0;
 

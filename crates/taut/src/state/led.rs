@@ -11,8 +11,8 @@ use crate::inputs::{BodyForm, BodyShift, Inputs};
 use crate::model::Model;
 
 impl State {
-    /// Sends a body off its path [m] and turns it, by an axis times an angle [rad] or as it is turned now, in a time [s]; at once if that
-    /// is zero.
+    /// Sends a body off its path [m] and turns it in a time [s], at once if that is zero. The turn is an axis times an angle [rad]; without
+    /// one the body stays turned as it is.
     ///
     /// # Panics
     /// There is no such body.

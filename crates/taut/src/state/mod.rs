@@ -192,8 +192,8 @@ impl State {
         self.velocities = velocities;
     }
 
-    /// What a run needs to go on besides positions and velocities of the motion, a vector for every particle each: V, if it is
-    /// another one, what a two-step integrator remembers, and how far particles have crept where things touch.
+    /// What a run needs to go on besides positions and velocities of the motion, with a vector for every particle: V, if it differs from
+    /// the velocity of the motion; what a two-step integrator remembers; how far particles have crept where things touch.
     pub fn memory(&self) -> impl Iterator<Item = &Vectors> {
         let own = (!self.motion.is_empty()).then_some(&self.velocities);
         own.into_iter().chain([&self.past.displacements, &self.past.gains, &self.crept]).filter(|vectors| !vectors.is_empty())
@@ -280,8 +280,8 @@ impl State {
         Self { origins, positions, velocities, motion, clock, past, calm, offsets, bodies, paces, may_cross, halving, crept }
     }
 
-    /// XXH3 hash of all local positions, then all velocities of the motion and then the memory, if any, of particles and of
-    /// steps, each as x, y, z in little-endian `f32`, and of the origins; see [`hash_of`]. Offsets that pins have count as well.
+    /// XXH3 hash of the state. It is taken of all local positions, of all velocities of the motion, of the memory, if any, of particles
+    /// and of steps, each as x, y, z in little-endian `f32`, and of the origins: see [`hash_of`]. Offsets that pins have count as well.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let all = [&self.positions, self.of_motion()].into_iter().chain(self.memory());
@@ -291,8 +291,8 @@ impl State {
     }
 }
 
-/// XXH3 hash of vectors as x, y, z in little-endian `f32`, then of all origins as x, y, z in little-endian `f64`, unless every one of
-/// them is that of the world.
+/// XXH3 hash of vectors as x, y, z in little-endian `f32`, then of all origins as x, y, z in little-endian `f64`. Origins are left out
+/// if every one of them is that of the world.
 #[must_use]
 pub fn hash_of(vectors: impl Iterator<Item = Vec3>, origins: &[DVec3]) -> u64 {
     let mut hash = Xxh3::new();

@@ -30,10 +30,14 @@ pub enum SnapshotError {
 }
 
 impl State {
-    /// The state and what a user holds as bytes, little-endian: magic, fingerprint, steps and time, origins, the coordinate
-    /// arrays of positions, V, velocities of the motion and the past, if any, how calm cloths are, offsets of pins, places of bodies and
-    /// how they come back to their paths, whether anything may intersect, in how many parts steps are taken, how far particles have
-    /// crept, held particles, hands, moved pins, bodies whose vertices were told, moved bodies, XXH3 of all these.
+    /// The state and what a user holds as bytes, little-endian. In this order:
+    ///
+    /// - magic, fingerprint, steps and time, origins;
+    /// - the coordinate arrays of positions, V, velocities of the motion and the past, if any;
+    /// - how calm cloths are, offsets of pins, places of bodies and how they come back to their paths;
+    /// - whether anything may intersect, in how many parts steps are taken, how far particles have crept;
+    /// - held particles, hands, moved pins, bodies whose vertices were told, moved bodies;
+    /// - XXH3 of all these.
     #[must_use]
     pub fn to_bytes(&self, model: &Model, grips: &Grips) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(128 + 36 * self.positions.len() + 24 * self.past.gains.len());

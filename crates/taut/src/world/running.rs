@@ -210,8 +210,8 @@ impl World {
     }
 
     /// Holds vertices: within `over` seconds they go straight to their places [m] and stay there, whatever their mass, until they are
-    /// given other places or released. Pinned ones leave their pins. With the `dt` of the next step for `over` they arrive at its end;
-    /// with 0 they jump there, as far as the strain limit lets them.
+    /// given other places or released. Pinned ones leave their pins. With the `dt` of the next step for `over` they arrive at its end.
+    /// With 0 they jump there, as far as the strain limit lets them.
     ///
     /// # Errors
     /// There is no such cloth or vertex, there is not one place for each vertex, a place is not finite or too far away, a time is none.
@@ -235,8 +235,8 @@ impl World {
         Ok(())
     }
 
-    /// Leads a vertex by hand to a place [m] at a speed of at most `speed` [m/s]: unlike one that is held it keeps its mass, and stays
-    /// behind where the strain limit or something in its way asks for it. For pulling at cloth with a pointer.
+    /// Leads a vertex by hand to a place [m] at a speed of at most `speed` [m/s], to pull at cloth with a pointer. Unlike one that is held
+    /// it keeps its mass. It stays behind where the strain limit or something in its way asks for it.
     ///
     /// # Errors
     /// There is no such cloth or vertex, the place is not finite or too far away, the speed is not above 0.
@@ -295,7 +295,7 @@ impl World {
     }
 
     /// Sends a body off the place, or the path, that it was given: within `over` seconds it goes straight to `offset` beside it [m].
-    /// With the `dt` of the next step for `over` it arrives at its end; with 0 it is there at once, and cloth is not moved out of its way.
+    /// With the `dt` of the next step for `over` it arrives at its end. With 0 it is there at once, and cloth is not moved out of its way.
     ///
     /// # Errors
     /// There is no such body, the offset is not finite or too far, the time is none.

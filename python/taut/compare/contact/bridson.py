@@ -1,8 +1,9 @@
 """Repulsions, collision impulses and rigid impact zones [Bridson02].
 
-1. With the mean velocities of the proposed step, pairs that are nearer than their thickness h at its start
-are stopped (an inelastic collision) and pushed apart by a spring, but no faster than a tenth of the overlap
-d in a step: I = min(dt k d, m (0.1 d / dt - v_N)), equations (4) to (8). Friction goes with both.
+1. Pairs that are nearer than their thickness h at the start of the step are stopped (an inelastic collision)
+and pushed apart by a spring, with the mean velocities of the proposed step. They go apart by no more than a
+tenth of the overlap d in a step: I = min(dt k d, m (0.1 d / dt - v_N)), equations (4) to (8). Friction goes
+with both.
 2. Pairs that meet on their way get impulses of the same kind, up to a number of rounds.
 3. What still collides becomes rigid zones, see :mod:`taut.compare.contact.zones`.
 """

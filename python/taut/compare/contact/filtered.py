@@ -1,7 +1,7 @@
 """A simulation whose steps are made admissible by a method in NumPy, instead of by the engine.
 
-The engine takes each step of the same scene without contact: its forces, its integrator, and the strain
-limit ``sweeps``, which may start beyond the limit, as it has to after contact. The method changes where
+The engine takes each step of the same scene without contact, with its forces, its integrator and the strain
+limit ``sweeps``. That one may start beyond the limit, as it has to after contact. The method changes where
 that step ends, and velocities take the difference over the step. So the strain limit comes before contact,
 as in [Bridson02], and what contact changes is not limited again before the next step.
 """

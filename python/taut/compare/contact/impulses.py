@@ -2,9 +2,9 @@
 
 With the signed weights s of the places that touch, the relative velocity is u = sum(s_i v_i). An impulse j
 on the first feature, and -j on the second one, changes velocities by s_i w_i j, where w_i is an inverse
-mass, and u by D j with D = sum(s_i^2 w_i). For corners of equal mass that is equation (7) of [Bridson02]
-and its like for edges. As the weights add up to zero, momentum is kept; as j acts at one place, or along
-the line between the closest places, so is angular momentum.
+mass. It changes u by D j with D = sum(s_i^2 w_i). For corners of equal mass that is equation (7) of
+[Bridson02] and its like for edges. As the weights add up to zero, momentum is kept. As j acts at one place,
+or along the line between the closest places, angular momentum is kept, too.
 """
 
 from collections.abc import Iterator

@@ -1,8 +1,9 @@
 """What is wrong at a moment: seen by a test of its own, which no method uses.
 
 Two triangles without a common vertex intersect if an edge of one passes through the other. A segment passes
-through a triangle if its ends lie on different sides of it, and all three of its sides are turned around the
-segment in the same sense: five signs of triple products, in double precision, with no distance and no time.
+through a triangle if its ends lie on different sides of it, and all three sides of the triangle are turned
+around the segment in the same sense. These are five signs of triple products, in double precision, with no
+distance and no time.
 """
 
 from dataclasses import dataclass

@@ -1,12 +1,12 @@
 """Springs between what is nearer than its thickness: penalty forces [MooreWilhelms88, BaraffWitkin98].
 
-A pair at the distance d < h is pushed apart by the force k (h - d) - c u_N, if that is above 0; friction is
+A pair at the distance d < h is pushed apart by the force k (h - d) - c u_N, if that is above 0. Friction is
 at most mu times that, and no more than stops what slides. All forces act at once, explicitly, at the start
 of the step. Nothing looks at the way, so that what is fast, or pressed by more than k h, goes through.
 
 Each k is as large as an explicit step bears. The stiffness matrix is the sum of k_p s_p s_p^T with signed
-weights s_p, whose magnitudes add up to 2, so that the row of vertex i is at most 2 n_i max k with n_i =
-sum_p |s_pi| [Gershgorin31]; steps are stable while dt^2 w_i times that is below 4.
+weights s_p, whose magnitudes add up to 2. So the row of vertex i is at most 2 n_i max k with n_i =
+sum_p |s_pi| [Gershgorin31]. Steps are stable while dt^2 w_i times that is below 4.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 //! Springs outside of lattices, chunk by chunk of particles, four at a time.
 //!
-//! A spring within a chunk is looked at once; one that leads to another chunk in both of them, so that no chunk waits for
+//! A spring within a chunk is looked at once. One that leads to another chunk is looked at in both of them, so that no chunk waits for
 //! another and no sum depends on the number of threads.
 
 use std::ops::Range;

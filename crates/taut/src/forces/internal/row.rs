@@ -4,8 +4,8 @@
 //! rise to the row above. Rows are kept with a length that is a whole number of vector registers, and each register is loaded
 //! once: that of the right neighbours is put together from two. The lanes that fill up a row have springs of no strength.
 //!
-//! The sum at a particle has three terms, added in this order whoever walks over the rows in whatever way: its own springs,
-//! those of its left neighbour, and what rose from below. Hence the bits are always the same.
+//! The sum at a particle has three terms: its own springs, those of its left neighbour, and what rose from below. They are added in
+//! this order, in whatever way the rows are walked over. Hence the bits are always the same.
 
 use pulp::Simd;
 

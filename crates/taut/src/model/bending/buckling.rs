@@ -1,8 +1,8 @@
 //! Type 2 springs after Choi & Ko 2002: under compression the cloth between two particles buckles at once.
 //!
 //! It is taken for an arc of constant curvature and of the length L it has at rest. With its half angle u, the distance of its
-//! ends is `L sin(u) / u`, its curvature `2 u / L`, its energy `k_b (2 u / L)^2 L / 2`; the derivative of the energy by the
-//! distance is the force `f_b = 4 k_b / L^2 * u^2 / (cos u - sin(u) / u)`, which the polynomial below follows. It does not
+//! ends is `L sin(u) / u`, its curvature `2 u / L`, its energy `k_b (2 u / L)^2 L / 2`. The derivative of the energy by the
+//! distance is the force, `f_b = 4 k_b / L^2 * u^2 / (cos u - sin(u) / u)`. The polynomial below follows it. The force does not
 //! begin at zero: until an elastic spring of stiffness c_b pushes as much, the cloth is compressed and does not buckle.
 
 use crate::geometry::power;

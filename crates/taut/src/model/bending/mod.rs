@@ -1,7 +1,7 @@
 //! What resists bending: a constant matrix (quadratic bending), or type 2 springs that buckle at once.
 //!
-//! The energy of a thin plate whose middle surface is not stretched is quadratic in its positions X, because then the second
-//! derivatives of X are as long as the curvatures (Bergou et al. 2006): `E = B/2 (|X_ss|^2 + 2 |X_st|^2 + |X_tt|^2)` per
+//! The energy of a thin plate whose middle surface is not stretched is quadratic in its positions X, because the second
+//! derivatives of X are as long as the curvatures (Bergou et al. 2006). It is `E = B/2 (|X_ss|^2 + 2 |X_st|^2 + |X_tt|^2)` per
 //! area, with Poisson's ratio 0. Each source of cloth says what the second derivatives are, as weighted sums of positions
 //! ([`Row`]); here they become one matrix. Where the moment follows a measured curve there is none, and the rows are kept.
 

@@ -1,11 +1,11 @@
 //! Second derivatives on triangle meshes, from how far neighbours are folded against one another.
 //!
-//! The positions are linear on every triangle, so that their slope jumps across an edge. If the slope in the middle of the edge
-//! were known, the second derivatives of a triangle would be `1/A sum |e| (slope across e there - own slope across e) N N^T`
-//! over its edges e with outward normals N (Morley 1968). As in rotation-free elements (Onate & Zarate 2000) it is taken
-//! between the slopes on both sides, each the nearer to it the flatter its triangle. Any constant second derivative then holds
-//! itself in balance on every mesh. Sums of folds over single hinges do not measure it: on a grid cut along one diagonal they
-//! bend three times too hard along the grid.
+//! The positions are linear on every triangle, so that their slope jumps across an edge. With a slope in the middle of the edge the
+//! second derivatives of a triangle are `1/A sum |e| (slope across e there - own slope across e) N N^T` over its edges e with
+//! outward normals N (Morley 1968). As in rotation-free elements (Onate & Zarate 2000) that slope is taken between those on both
+//! sides, and is nearer to that of the flatter triangle. Any constant second derivative then holds itself in balance on every mesh.
+//! Sums of folds over single hinges do not measure it: on a grid cut along one diagonal they bend three times too hard along the
+//! grid.
 //!
 //! Across a border the slope may be anything: it is what makes the energy least.
 //!

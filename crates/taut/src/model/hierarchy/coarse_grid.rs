@@ -6,8 +6,8 @@ pub fn coarsened(count: usize) -> usize {
     count.div_ceil(2)
 }
 
-/// The two coarse neighbours of a fine column (or row), each with weight 1/2; the same twice where it is sampled itself, and
-/// beyond the last coarse one: a coarse cell that is narrower than the others would be stiffer than its level bears.
+/// The two coarse neighbours of a fine column (or row), each with weight 1/2. It is the same one twice where the column is sampled
+/// itself, and beyond the last coarse one. A coarse cell that is narrower than the others would be stiffer than its level bears.
 #[must_use]
 pub fn parents(fine: usize, count: usize) -> [usize; 2] {
     if fine.is_multiple_of(2) || fine + 1 == count { [fine / 2; 2] } else { [fine / 2, fine / 2 + 1] }

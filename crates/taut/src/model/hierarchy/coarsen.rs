@@ -11,8 +11,8 @@ use crate::model::surface::{Search, Surface};
 
 /// A chosen particle stands for those nearer than this, in mean distances of neighbours.
 const REACH: f32 = 1.5;
-/// .. and in a held row for free ones and for held ones nearer than these: what is beside a held particle cannot go far, and levels that
-/// miss that one would move it each time to where the finer ones cannot follow.
+/// .. and in a held row for free ones and for held ones nearer than these. What is beside a held particle cannot go far. Levels that
+/// miss that particle would move it each time to where the finer ones cannot follow.
 const REACH_OF_HELD_ROWS: [f32; 2] = [1.25, 0.5];
 /// Coarse springs are at most so many times longer than a chosen particle reaches.
 const LONGEST: f32 = 2.6;

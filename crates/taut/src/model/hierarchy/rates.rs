@@ -1,9 +1,8 @@
 //! How fast the levels of a cloth can vibrate.
 //!
-//! A displacement q of the particles of a level moves those of the cloth by P q, so that springs of stiffness k store
-//! `sum k |r q|^2 / 2` at most, in whatever configuration; the row r of a spring is the difference of two rows of P. With the
-//! masses M that the level carries, no vibration has a larger w^2 than the largest sum of a row of `M^-1 sum k |r| |r|^T`
-//! (Gershgorin).
+//! A displacement q of the particles of a level moves those of the cloth by P q. The row r of a spring is the difference of two rows of
+//! P. So springs of stiffness k store `sum k |r q|^2 / 2` at most, in whatever configuration. With the masses M that the level
+//! carries, no vibration has a larger w^2 than the largest sum of a row of `M^-1 sum k |r| |r|^T` (Gershgorin).
 
 use super::coarse_grid::{carry, coarsened};
 use super::{Hierarchy, Level};
@@ -20,8 +19,8 @@ struct Row {
     parts: Vec<(u32, f64)>,
 }
 
-/// How much of its acceleration each level gives, the finest first, if no more than `borne` of any level's rate is borne: as much
-/// of each as that is, and of the last one what is left.
+/// How much of its acceleration each level gives, the finest first, if no more than `borne` of any level's rate is borne. Each gives as
+/// much as that is, and the last one what is left.
 #[must_use]
 pub fn shares(borne: f64, rates: impl ExactSizeIterator<Item = f64>) -> Vec<f64> {
     let (mut shares, mut sum, count) = (Vec::new(), 0.0, rates.len());
@@ -36,8 +35,8 @@ pub fn shares(borne: f64, rates: impl ExactSizeIterator<Item = f64>) -> Vec<f64>
     shares
 }
 
-/// Rates of a grid of so many columns and rows with these masses [kg], nothing for what is held, whose finest level has `finest`: from one to the next they
-/// fall to a quarter.
+/// Rates of a grid of so many columns and rows with these masses [kg], nothing for what is held. The finest level has `finest`. From one
+/// to the next they fall to a quarter.
 pub(in crate::model) fn of_grid([mut columns, mut rows]: [usize; 2], mut masses: Vec<f64>, finest: LevelRate) -> Vec<LevelRate> {
     let (mut rates, mut rate, all) = (vec![finest], finest, masses.iter().sum::<f64>());
     while columns.max(rows) > 2 {
