@@ -70,9 +70,10 @@ bench: setup
 	cargo bench --package taut
 	$(BIN)/taut bench --compare
 
-# All rows, into docs/targets.md; with ROW=name one of them, to the terminal. An error if one is not met.
+# All rows, into docs/targets.md; with ROW=name one of them, to the terminal, with WRITE=1 as well into that page. An error if one is
+# not met.
 targets: setup
-	$(BIN)/python -m tools.targets $(if $(ROW),--only $(ROW),--write)
+	$(BIN)/python -m tools.targets $(if $(ROW),--only $(ROW) $(if $(WRITE),--write),--write)
 
 peers: setup
 	$(BIN)/python benches/peers/run.py

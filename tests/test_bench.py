@@ -218,8 +218,8 @@ def test_every_target_can_be_measured() -> None:
     )
     assert done.returncode == 0, done.stderr
     rows = [line.split(" | ") for line in done.stdout.splitlines() if line.startswith("| ")][1:]
-    assert all(len(row) == 6 for row in rows)
-    met = {row[5].strip("` |"): row[2] for row in rows}
+    assert all(len(row) == 7 for row in rows)
+    met = {row[6].strip("` |"): row[2] for row in rows}
     assert met["bound"] == met["momentum"] == "yes"
     assert {
         "cycles",

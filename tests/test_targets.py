@@ -1,7 +1,6 @@
 """The measuring itself: meshes are what they say, figures are computed right, a missed target is an error."""
 
 import json
-import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -12,7 +11,6 @@ from taut.bench.meshes import cape, irregular_sheet, skirt, weighted_net
 from taut.bench.shirt import shirt, shoulders
 from taut.bench.trials import TRIALS, Trial
 
-from tools.targets import __main__ as targets
 from tools.targets.converged import ALL, FILE, SOLVER, converged
 from tools.targets.hand import Pulled
 from tools.targets.mesh import evenness
@@ -20,7 +18,6 @@ from tools.targets.record import Motion, rms
 from tools.targets.reference import path
 from tools.targets.rest import Finding, judge
 from tools.targets.settled import compared, period
-from tools.targets.table import Effort, Row, details, markdown
 
 
 def edges_of(faces: np.ndarray) -> np.ndarray:
@@ -260,28 +257,3 @@ def test_a_hand_pulls_the_middle_of_the_flag() -> None:
     simulation.run(60)
     assert np.linalg.norm(simulation.positions[vertex] - start) > 0.3
     assert (pulled.cells, pulled.strain_limit) == (9, 0.05)
-
-
-@pytest.mark.parametrize("met", [True, False])
-def test_a_missed_target_is_an_error(
-    met: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def row(_: Effort) -> Row:
-        return Row("to be quick", "quick", met, "2", "1.0 (0.9 – 1.1, 5 runs) ms", "| all |\n")
-
-    monkeypatch.setattr(targets, "ROWS", {"made-up": row})
-    monkeypatch.setattr(sys, "argv", ["targets", "--only", "made-up"])
-    if met:
-        targets.main()
-    else:
-        with pytest.raises(SystemExit, match="not met: made-up"):
-            targets.main()
-    assert "| 2 | 1.0 (0.9 – 1.1, 5 runs) ms | `made-up` |" in capsys.readouterr().out
-
-
-def test_the_table_has_threads_and_spreads() -> None:
-    rows = {"a": Row("t", "r", True), "b": Row("t", "r", False, detail="| all |\n")}
-    table = markdown(rows, False)
-    assert table.splitlines()[0].split(" | ")[3:5] == ["threads", "spread"]
-    assert "| **no** | 1 | – | `b` |" in table
-    assert details(rows).startswith("## b\n")

@@ -1,4 +1,4 @@
-"""`python -m tools.targets`: measures the targets; `make targets` writes the table into docs/targets.md."""
+"""`python -m tools.targets`: measures the targets; with `--write` into docs/targets.md and its details."""
 
 import argparse
 import sys
@@ -6,10 +6,26 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from tools.targets import across, chain, far, hand, held, limit, mesh, momentum, motion, rest, settled, speed
+from taut.bench import this_machine
+
+from tools.targets import (
+    across,
+    chain,
+    far,
+    hand,
+    held,
+    limit,
+    mesh,
+    momentum,
+    motion,
+    pages,
+    rest,
+    settled,
+    speed,
+)
 from tools.targets.contact import chance, drapes, friction, garments, heaps, pulled, shots
 from tools.targets.contact import speed as cost
-from tools.targets.table import FULL, QUICK, ROOT, Effort, Row, details, markdown, write
+from tools.targets.table import FULL, QUICK, ROOT, Effort, Row
 
 ROWS: dict[str, Callable[[Effort], Row]] = {
     "bound": limit.bound,
@@ -47,12 +63,7 @@ ROWS: dict[str, Callable[[Effort], Row]] = {
     "contact-speed": cost.speed,
 }
 """A function a row; the table keeps this order."""
-DETAIL = ROOT / "docs" / "targets-detail.md"
-HEAD = """# Targets in full
-
-What stands in one line in [the table](targets.md), case by case. `make targets` writes this page.
-
-"""
+TABLE, DETAIL = ROOT / "docs" / "targets.md", ROOT / "docs" / "targets-detail.md"
 
 
 def main() -> None:
@@ -64,7 +75,9 @@ def main() -> None:
     parser.add_argument(
         "--quick", action="store_true", help="tiny cloths: to see that it runs, not for figures"
     )
-    parser.add_argument("--write", action="store_true", help="into docs/targets.md and its details")
+    parser.add_argument(
+        "--write", action="store_true", help="each row, once measured, into docs/targets.md and its details"
+    )
     parser.add_argument("--runs", type=int, default=FULL.runs, help="of what depends on time or chance")
     parser.add_argument(
         "--sizes", type=_sizes, default=(), help="of meshes, as 65,129: vertices along a side"
@@ -72,29 +85,28 @@ def main() -> None:
     parser.add_argument("--case", default="", help="of rows about contact: cases with this in their name")
     parser.add_argument("--detail", type=Path, metavar="FILE", help="tables of all that was measured")
     given = parser.parse_args()
-    if given.write and (given.only or given.quick or given.sizes or given.case or given.runs != FULL.runs):
-        parser.error(
-            "--write needs all rows at full size; leave out --only, --quick, --sizes, --case, --runs"
-        )
+    if given.write and (given.quick or given.sizes or given.case or given.runs != FULL.runs):
+        parser.error("--write needs rows at full size; leave out --quick, --sizes, --case, --runs")
     effort = replace(QUICK if given.quick else FULL, sizes=given.sizes, case=given.case)
     if given.runs != FULL.runs:
         effort = replace(effort, runs=given.runs)
-    rows = {}
+    machine = this_machine()  # before pages are written: they are part of the revision
+    lines, sections, missed = {}, {}, []
     for name in given.only or ROWS:
-        rows[name] = ROWS[name](effort)
-        print(
-            f"{name}: {rows[name].reached}: {'met' if rows[name].met else 'not met'}",
-            file=sys.stderr,
-            flush=True,
-        )
-    table = markdown(rows, speed.disturbed())
-    print(table, end="")
+        row = ROWS[name](effort)
+        print(f"{name}: {row.reached}: {'met' if row.met else 'not met'}", file=sys.stderr, flush=True)
+        busy = ", busy with something else: times are too long" if speed.disturbed() else ""
+        lines[name] = pages.line(name, row, f"{machine.version} {machine.revision} on {machine}{busy}")
+        sections[name] = pages.section(name, row)
+        missed += [] if row.met else [name]
+        if given.write:
+            TABLE.write_text(pages.with_lines(TABLE.read_text("utf-8"), {name: lines[name]}, ROWS), "utf-8")
+            DETAIL.write_text(
+                pages.with_sections(DETAIL.read_text("utf-8"), {name: sections[name]}, ROWS), "utf-8"
+            )
+    print(pages.table(lines), end="")
     if given.detail:
-        given.detail.write_text(details(rows))
-    if given.write:
-        write(table)
-        DETAIL.write_text(HEAD + details(rows))
-    missed = [name for name, row in rows.items() if not row.met]
+        given.detail.write_text("\n".join(filter(None, sections.values())))
     if missed and not given.quick:
         sys.exit(f"not met: {', '.join(missed)}")
 

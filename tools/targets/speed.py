@@ -77,8 +77,10 @@ def _at(cells: int) -> str:
 
 
 def disturbed() -> bool:
-    """Whether the processor was busy with something else."""
-    return any(row.disturbed for row in measured)
+    """Whether the processor was busy with something else since this was last asked."""
+    busy = any(row.disturbed for row in measured)
+    measured.clear()
+    return busy
 
 
 def _list(runs: list[Runs]) -> str:

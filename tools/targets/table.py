@@ -1,12 +1,11 @@
-"""Rows of the table of targets, and the table in docs/targets.md."""
+"""Rows of the table of targets, and how much is measured for them."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from taut.bench import Window, this_machine
+from taut.bench import Window
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-BEGIN, END = "<!-- targets: begin -->\n", "<!-- targets: end -->"
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,29 +74,3 @@ class Effort:
 
 FULL = Effort()
 QUICK = Effort(divide=16, frames=5, seconds=1.0, runs=1, steps=0.05)
-
-
-def markdown(rows: dict[str, Row], disturbed: bool) -> str:
-    """The table, and what it was measured on."""
-    lines = [
-        "| target | reached | met | threads | spread | `make targets ROW=` |",
-        "|---|---|---|---|---|---|",
-    ]
-    for name, row in rows.items():
-        met = "yes" if row.met else "**no**"
-        lines.append(f"| {row.target} | {row.reached} | {met} | {row.threads} | {row.spread} | `{name}` |")
-    machine = this_machine()
-    note = " The machine was busy with something else: times are too long." if disturbed else ""
-    return "\n".join([*lines, "", f"taut {machine.version} {machine.revision} on {machine}.{note}"]) + "\n"
-
-
-def details(rows: dict[str, Row]) -> str:
-    """What the rows say in full, for those that do."""
-    return "\n".join(f"## {name}\n\n{row.target}\n\n{row.detail}" for name, row in rows.items() if row.detail)
-
-
-def write(table: str) -> None:
-    """Replaces the table in its document."""
-    document = ROOT / "docs" / "targets.md"
-    head, rest = document.read_text().split(BEGIN)
-    document.write_text(head + BEGIN + table + END + rest.split(END)[1])
