@@ -52,7 +52,7 @@ package:
 	cargo package --package taut --allow-dirty
 
 test-python: setup
-	$(BIN)/pytest --quiet --numprocesses auto --dist loadfile
+	$(BIN)/pytest --quiet --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 # Attacks taut at its promises (docs/reliability.md): MINUTES=60, SEED=1 for other cases, ONLY=whole for one of them.
 attack: setup

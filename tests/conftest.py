@@ -22,6 +22,12 @@ pins = [{ edge = "left" }]
 """
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files that take long come first, so that no worker waits for another one at the end."""
+    long = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in long)
+
+
 @pytest.fixture
 def flag() -> dict[str, Any]:
     """A flag of 35 vertices in the wind."""

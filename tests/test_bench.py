@@ -212,6 +212,7 @@ def test_the_machine_is_named_without_its_host() -> None:
 CONTACT = ("drapes", "heaps", "pulled", "shots", "random", "garments", "friction", "speed")
 
 
+@pytest.mark.slow
 def test_every_target_can_be_measured() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "tools.targets", "--quick"], cwd=ROOT, capture_output=True, text=True

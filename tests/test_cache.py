@@ -379,6 +379,7 @@ def write_until(path: Path, failure: BaseException, writes: int, monkeypatch: py
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("failure", [Killed(), OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))])
 def test_failing_at_any_write_leaves_whole_frames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failure: BaseException
