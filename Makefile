@@ -4,7 +4,10 @@ BIN := .venv/bin
 EXAMPLES := $(basename $(notdir $(wildcard crates/taut/examples/*.rs)))
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: setup demo test test-rust test-python lint package bench targets peers schema figures compare viewer-pictures wind work-precision local-correction drape docs gallery wheel attack sanitize fuzz clean
+# Two at a time keep both cores busy where one of them links, or waits for the network; each then says what it has to say at its end.
+TOGETHER := --jobs=2 $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
+
+.PHONY: setup demo test test-rust test-python lint lint-rust lint-python package bench targets peers schema figures compare viewer-pictures wind work-precision local-correction drape docs gallery wheel attack sanitize fuzz clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built
@@ -23,11 +26,16 @@ setup: .venv/built
 demo: setup
 	$(BIN)/python tools/demo.py
 
-test: lint test-rust test-python
+test:
+	@$(MAKE) --no-print-directory $(TOGETHER) lint test-rust test-python
 
-lint: setup
+lint: lint-rust lint-python
+
+lint-rust:
 	cargo fmt --check
 	cargo clippy --quiet --all-targets -- --deny warnings
+
+lint-python: setup
 	$(BIN)/ruff check --quiet .
 	$(BIN)/ruff format --quiet --check .
 	$(BIN)/mypy
