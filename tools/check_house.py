@@ -5,6 +5,7 @@ Run by `make lint`; prints one line for each broken rule and fails if there is a
 
 import re
 import sys
+import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -94,6 +95,19 @@ def platform_functions() -> list[str]:
     return broken
 
 
+def tests_of_the_engine() -> list[str]:
+    """Files of tests that are neither a module of the suite nor a program, so that nothing runs them."""
+    crate = ENGINE.parent
+    suite = set(re.findall(r"^mod (\w+);", (crate / "tests" / "suite.rs").read_text(), re.MULTILINE))
+    manifest = tomllib.loads((crate / "Cargo.toml").read_text())
+    programs = {test["name"] for test in manifest["test"]}
+    return [
+        f"{path.relative_to(ROOT)}: nothing runs it; name it in crates/taut/tests/suite.rs"
+        for path in sorted((crate / "tests").glob("*.rs"))
+        if path.stem not in suite | programs
+    ]
+
+
 def package_imports() -> list[str]:
     """Imports between the modules of the package that its rules do not allow."""
     broken = []
@@ -133,7 +147,15 @@ def long_files() -> list[str]:
 
 def main() -> None:
     """Prints every broken rule."""
-    broken = engine_imports() + platform_functions() + package_imports() + paths_in_documents() + long_files()
+    checks = (
+        engine_imports,
+        platform_functions,
+        tests_of_the_engine,
+        package_imports,
+        paths_in_documents,
+        long_files,
+    )
+    broken = [line for check in checks for line in check()]
     print("\n".join(broken))
     sys.exit(1 if broken else 0)
 

@@ -1,11 +1,8 @@
 //! Bending against closed forms: the heavy elastica, rolled sheets, the buckled arc.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::f64::consts::PI;
 
-use common::{Built, mesh_scene, model};
+use crate::common::{Built, mesh_scene, model};
 use glam::{DVec2, DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::advance::advance;

@@ -1,8 +1,6 @@
 //! What cloths collide with: what a scene says of it, what a model makes of that, and where it goes.
-#![allow(missing_docs)]
 
-mod common;
-
+use crate::common;
 use std::collections::BTreeMap;
 
 use glam::DVec3;

@@ -1,11 +1,8 @@
 //! Strips over rods, with a weight at either end: what friction holds on a rod is what Euler and Eytelwein say.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::f64::consts::PI;
 
-use common::{Simulation, mesh_scene};
+use crate::common::{Simulation, mesh_scene};
 use glam::DVec3;
 use serde_json::json;
 use taut::model::MeshData;

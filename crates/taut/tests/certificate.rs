@@ -1,9 +1,6 @@
 //! The certificate of the coarse-to-fine filter: the limit holds however few cycles there are, and only what a spring stops is slowed.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Simulation, centre_of_mass, crooked, mesh_scene, network, scene_of, sheet, worst};
+use crate::common::{Simulation, centre_of_mass, crooked, mesh_scene, network, scene_of, sheet, worst};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};

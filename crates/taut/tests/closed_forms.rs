@@ -1,9 +1,6 @@
 //! Motions whose answer is known in closed form.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Simulation, chain_links, mesh_scene, network, scene_of};
+use crate::common::{Simulation, chain_links, mesh_scene, network, scene_of};
 use glam::Vec3;
 use serde_json::{Value, json};
 use taut::model::MeshData;

@@ -1,11 +1,8 @@
 //! Cloth on bodies, on cloth and on itself: nothing crosses anything, the limit is kept, friction is Coulomb's. What is looked at is
 //! measured here, by other means than those of the engine.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::oracle::{crossings, places};
-use common::{Simulation, crooked, mesh_scene};
+use crate::common::oracle::{crossings, places};
+use crate::common::{Simulation, crooked, mesh_scene};
 use glam::DVec3;
 use proptest::prelude::*;
 use serde_json::{Value, json};

@@ -1,9 +1,6 @@
 //! Cloth given by measured curves, against answers in closed form.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Built, Simulation, chain_links, mesh_scene, model, network, scene_of};
+use crate::common::{self, Built, Simulation, chain_links, mesh_scene, model, network, scene_of};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::forces::{Forces, kick};

@@ -1,9 +1,6 @@
 //! What a report says of springs, against sums over all of them in double precision.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Simulation, chain_links, network, sheet};
+use crate::common::{Simulation, chain_links, network, sheet};
 use serde_json::json;
 
 #[test]

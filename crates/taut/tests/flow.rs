@@ -1,11 +1,8 @@
 //! Flows that are superposed on the wind, and the laws by which it acts.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::f64::consts::{PI, TAU};
 
-use common::{Built, Simulation, mesh_scene, model, scene_of};
+use crate::common::{Built, Simulation, mesh_scene, model, scene_of};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::inputs::Flows;

@@ -1,9 +1,6 @@
 //! What users do with their hands while a simulation runs: nothing of it breaks the limit or stops the cloth.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Simulation, chain_links, network, scene_of, sheet, worst};
+use crate::common::{Simulation, chain_links, network, scene_of, sheet, worst};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::state::State;

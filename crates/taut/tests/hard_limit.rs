@@ -1,9 +1,6 @@
 //! The coarse-to-fine filter: no spring over its limit after any step, whatever the scene; and no needless harm to the motion.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Simulation, centre_of_mass, chain_links, crooked, mesh_scene, network, scene_of, sheet, worst};
+use crate::common::{Simulation, centre_of_mass, chain_links, crooked, mesh_scene, network, scene_of, sheet, worst};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use serde_json::json;

@@ -1,11 +1,8 @@
 //! Vertices held and let go while a simulation runs, and steps of any length: nothing of it is left in the workspace.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use common::{Simulation, crooked, mesh_scene, scene_of, sheet, worst};
+use crate::common::{Simulation, crooked, mesh_scene, scene_of, sheet, worst};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::advance::{Failure, advance, advance_in_turns};

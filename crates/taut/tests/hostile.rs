@@ -1,11 +1,8 @@
 //! Scenes beyond what single precision can do are refused by name, and what is allowed runs.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Simulation, build, crooked, worst};
+use crate::common::{Simulation, build, crooked, worst};
 use serde_json::{Value, json};
 use taut::scene::Scene;
 

@@ -1,9 +1,6 @@
 //! Integrators against exact solutions: orders, growth of vibrations, bounds of the step.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Simulation, chain_links, network, scene_of};
+use crate::common::{self, Simulation, chain_links, network, scene_of};
 use glam::Vec3;
 use serde_json::json;
 use taut::geometry::Vectors;

@@ -1,9 +1,6 @@
 //! What a filter does to a step of many stages: the limit holds, pins arrive, nothing bounces, states can be taken up again.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Built, Simulation, chain_links, mesh_scene, model, network, scene_of, sheet};
+use crate::common::{self, Built, Simulation, chain_links, mesh_scene, model, network, scene_of, sheet};
 use glam::Vec3;
 use serde_json::{Value, json};
 use taut::model::{MeshData, Model};

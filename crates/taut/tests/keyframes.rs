@@ -1,11 +1,8 @@
 //! What a scene says about the course of wind, gravity, strain limits and pins.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Simulation, crooked, mesh_scene, model, scene, scene_of, sheet};
+use crate::common::{self, Simulation, crooked, mesh_scene, model, scene, scene_of, sheet};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::inputs::Followed;

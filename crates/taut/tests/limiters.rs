@@ -1,11 +1,8 @@
 //! The filters that others have published, against what is known of them in closed form.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Simulation, chain_links, model, network, scene, scene_of};
+use crate::common::{self, Simulation, chain_links, model, network, scene, scene_of};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::filter::{Filter, apply};

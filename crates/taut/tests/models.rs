@@ -1,11 +1,8 @@
 //! Grids, meshes and networks lead to the same cloth where they describe the same cloth.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::collections::BTreeMap;
 
-use common::{mesh_model, model, network};
+use crate::common::{mesh_model, model, network};
 use serde_json::json;
 use taut::model::{MeshData, Model, SpringKind};
 

@@ -1,12 +1,9 @@
 //! Networks that intersect something at the start: it is told, and what has a way out goes it.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::lines::Watch;
-use common::nets::{crossings, net, rope, with};
-use common::oracle::places;
-use common::{Simulation, model};
+use crate::common::lines::Watch;
+use crate::common::nets::{crossings, net, rope, with};
+use crate::common::oracle::places;
+use crate::common::{Simulation, model};
 use glam::DVec3;
 use serde_json::{Value, json};
 use taut::contact::{Fault, Intersection, Intersections, Other};

@@ -1,13 +1,10 @@
 //! Networks touch bodies, cloths, each other and themselves: no link crosses anything, the limit is kept, friction is Coulomb's. What is
 //! looked at is measured here, by other means than those of the engine.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::lines::Watch;
-use common::nets::{crossings, net, rope, with};
-use common::oracle::places;
-use common::{Simulation, model};
+use crate::common::lines::Watch;
+use crate::common::nets::{crossings, net, rope, with};
+use crate::common::oracle::places;
+use crate::common::{Simulation, model};
 use glam::DVec3;
 use proptest::prelude::*;
 use serde_json::{Value, json};

@@ -1,11 +1,8 @@
 //! Thickness, surfaces and speeds that are unusual: what is warned of, and what is simply simulated.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::collections::BTreeMap;
 
-use common::model;
+use crate::common::{self, model};
 use serde_json::{Value, json};
 use taut::model::{MeshData, Model};
 

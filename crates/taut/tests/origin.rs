@@ -1,11 +1,8 @@
 //! Cloth far from the origin of the world moves as it does near it.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Simulation, build, chain_links, crooked, network, scene, sheet, worst};
+use crate::common::{Simulation, build, chain_links, crooked, network, scene, sheet, worst};
 use glam::DVec3;
 use serde_json::{Value, json};
 use taut::model::MeshData;

@@ -1,9 +1,6 @@
 //! The parts of a step: kick, drift, kick; and with scaled masses fewer of them.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Built, Simulation, model};
+use crate::common::{Built, Simulation, model};
 use glam::Vec3;
 use serde_json::json;
 use taut::forces::{Forces, damp, external, kick};

@@ -1,9 +1,6 @@
 //! What must hold for every cloth, on random ones.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Built, Simulation, model, network, scene_of};
+use crate::common::{Built, Simulation, model, network, scene_of};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};

@@ -1,13 +1,10 @@
 //! No length, time or speed of the engine's own: a scene and the same scene at another scale move alike, to the last bit.
 //!
 //! Lengths times s and times times the root of s leave gravity as it is. Powers of four keep every number's bits but its exponent.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Built, Simulation, build, crooked, scene};
+use crate::common::{Built, Simulation, build, crooked, scene};
 use serde_json::{Value, json};
 use taut::state::State;
 

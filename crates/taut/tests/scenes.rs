@@ -1,8 +1,6 @@
 //! What users type, right and wrong.
-#![allow(missing_docs)]
 
-mod common;
-
+use crate::common;
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};

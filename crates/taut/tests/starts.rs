@@ -1,10 +1,7 @@
 //! What intersects at the start is found, counted and told.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::oracle::pierces;
-use common::{Built, crooked, mesh_scene, model};
+use crate::common::oracle::pierces;
+use crate::common::{self, Built, crooked, mesh_scene, model};
 use glam::DVec3;
 use proptest::prelude::*;
 use serde_json::{Value, json};

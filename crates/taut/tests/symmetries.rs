@@ -1,9 +1,6 @@
 //! What the coarse-to-fine filter owes to physics, on random grids, meshes and networks in random folded states.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Built, mesh_model, model, network, scene_of};
+use crate::common::{Built, mesh_model, model, network, scene_of};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};

@@ -1,11 +1,8 @@
 //! What steps spend their time on, by a clock that the host brings: here one that counts how often it is asked.
-#![allow(missing_docs)]
-
-mod common;
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use common::{Simulation, crooked, mesh_scene, sheet};
+use crate::common::{Simulation, crooked, mesh_scene, sheet};
 use serde_json::{Value, json};
 use taut::advance::Summary;
 use taut::health::Times;

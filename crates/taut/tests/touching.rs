@@ -1,9 +1,6 @@
 //! Where cloth touches something and how hard, and bodies that are moved off their paths.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Simulation, crooked, mesh_scene};
+use crate::common::{Simulation, crooked, mesh_scene};
 use glam::DVec3;
 use serde_json::{Value, json};
 use taut::inputs::BodyShift;

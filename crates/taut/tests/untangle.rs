@@ -1,11 +1,8 @@
 //! What intersects at the start comes apart within its limit, without pops, and stays apart. What is looked at is measured here, by
 //! other means than those of the engine.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::oracle::{crossings, places};
-use common::{Simulation, build, crooked, scene};
+use crate::common::oracle::{crossings, places};
+use crate::common::{Simulation, build, crooked, scene};
 use glam::DVec3;
 use proptest::prelude::*;
 use serde_json::{Value, json};

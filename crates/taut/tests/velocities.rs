@@ -1,9 +1,6 @@
 //! Velocities that users see are those of the motion, whatever the integrator goes on with.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Simulation, chain_links, network, scene_of, sheet};
+use crate::common::{Simulation, chain_links, network, scene_of, sheet};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use taut::geometry::Vectors;

@@ -1,9 +1,6 @@
 //! The two forms of the wind force, and gusts.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{Built, mesh_model, model};
+use crate::common::{self, Built, mesh_model, model};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
