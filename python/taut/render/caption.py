@@ -50,12 +50,16 @@ class Letterer:
         self.size = width + width % 2, (height + bar_height + 1) // 2 * 2
         self._bar_top = height
 
-    def finish(self, image: NDArray[np.uint8], captions: Sequence[Caption | None]) -> Image.Image:
-        """Put captions and bar on the rendered panels."""
+    def mount(self, image: Image.Image) -> Image.Image:
+        """Put rendered panels above the bar."""
         picture = Image.new("RGB", self.size, _PAPER)
-        picture.paste(Image.fromarray(image), (0, 0))
+        picture.paste(image, (0, 0))
         if self._bar:
             picture.paste(self._bar, (0, self._bar_top))
+        return picture
+
+    def write(self, picture: Image.Image, captions: Sequence[Caption | None]) -> None:
+        """Put captions on a picture."""
         draw = ImageDraw.Draw(picture)
         for (x, y), caption in zip(self._places, captions, strict=True):
             if caption is not None:
@@ -64,7 +68,6 @@ class Letterer:
                 draw.line(
                     [(x, y), (x, y + self._panel[1])], fill="white", width=max(1, round(2 * self._unit))
                 )
-        return picture
 
     def _write_caption(self, draw: ImageDraw.ImageDraw, x: int, y: int, caption: Caption) -> None:
         left, width = x + self._pixels(26), self._panel[0] - self._pixels(52)

@@ -56,6 +56,26 @@ class Framing:
         return _shadow(points, self.up, self.right, self.away, self.ground)
 
     @property
+    def is_above(self) -> bool:
+        """Whether the camera stands above the ground; from below the ground is not seen."""
+        return bool(self.eye @ self.up > self.ground)
+
+    def rays(self, size: tuple[int, int]) -> Points:
+        """The matrix from places in a picture (x, y, 1) [pixels] to ways from the eye, shape (3, 3).
+
+        Args:
+            size: width and height of the picture [pixels].
+        """
+        view = self.target - self.eye
+        side = np.cross(view, self.up)
+        side /= np.linalg.norm(side)
+        down = np.cross(view / np.linalg.norm(view), side)
+        reach = np.tan(np.radians(VIEW_ANGLE / 2)) * np.linalg.norm(view)
+        pixel = 2 * reach / size[1]
+        corner = view - pixel / 2 * (size[0] * side + size[1] * down)
+        return np.stack([pixel * side, pixel * down, corner], axis=1)
+
+    @property
     def clipping(self) -> tuple[float, float]:
         """Nearest and furthest distance from the eye that the camera shows."""
         distance = float(np.linalg.norm(self.eye - self.target))

@@ -7,12 +7,14 @@ import numpy as np
 import pyvista as pv
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
+from PIL import Image
 
 from taut.frames import Frames, links, vertex_stretch
-from taut.render.framing import VIEW_ANGLE, Framing
-from taut.render.ground import Ground
+from taut.render.framing import VIEW_ANGLE, Framing, Points
+from taut.render.ground import add_ground
 from taut.render.options import Color
-from taut.render.solids import Solids, cells, normals
+from taut.render.shadow import Shadow
+from taut.render.solids import Solids, cells, cut_at_ground, normals
 from taut.render.strain import StrainScale
 
 _FRONT, _BACK, _THREAD, _PIN = "#c2413b", "#ead9b8", "#3b4654", "#2b3440"
@@ -27,38 +29,64 @@ class Look:
     color: Color
     strain: StrainScale
     framing: Framing
+    size: tuple[int, int]
+    """Width and height of a panel of the picture [pixels]."""
     pixels: float
     """Rendered pixels for each pixel of a picture 720 pixels high: lines and dots grow with it."""
     background: str | None
     """Its colour, without a ground; none: sky and ground."""
 
 
+@dataclass(frozen=True)
+class Cast:
+    """What throws a shadow in a frame."""
+
+    positions: Points
+    """Of the cloth's vertices [m], shape (vertices, 3); NaN where they are not known."""
+    solids: list[Points]
+    """The points of each body [m]."""
+
+
 class Panel:
-    """The actors of one simulation, moved from frame to frame."""
+    """One simulation: first what is behind it, then its actors, which move from frame to frame."""
 
     def __init__(self, plotter: pv.Plotter, frames: Frames, look: Look) -> None:
-        """Fill the plotter's current panel."""
+        """Put light, camera, sky and ground into the plotter's current panel."""
         self._frames, self._look = frames, look
         self._faces = np.asarray(frames.faces)
         self._links = links(frames)
         self._springs = np.asarray(frames.springs)
         self._pinned = np.asarray(getattr(frames, "pins", ()), dtype=np.int64)
+        self._has_ground = look.background is None and look.framing.is_above
         if look.background is None:
             plotter.set_background(_HORIZON, top=_SKY)  # type: ignore[arg-type]
         else:
             plotter.set_background(to_hex(look.background))  # type: ignore[arg-type]
         _add_lights(plotter, look.framing)
         _set_camera(plotter, look.framing)
-        self._solids = Solids(plotter, frames, look.framing)
-        self._ground = (
-            Ground(plotter, frames, look.framing, self._solids.faces) if look.background is None else None
-        )
-        points = np.zeros((len(frames.positions(0)), 3), dtype=np.float32)
+        if self._has_ground:
+            add_ground(plotter, look.framing)
+
+    def enter(self, plotter: pv.Plotter) -> None:
+        """Put the actors into the plotter's current panel, and nothing behind them."""
+        plotter.renderer.clear_actors()
+        plotter.set_background("black", all_renderers=False)
+        plotter.renderer.SetBackgroundAlpha(0.0)
+        # It costs as much as all actors; floors that are seen through do not overlap.
+        plotter.renderer.SetUseOIT(False)
+        points = np.zeros((len(self._frames.positions(0)), 3), dtype=np.float32)
+        # What is often in front is drawn first, so that what it hides costs nothing.
         self._cloth = self._add_cloth(plotter, points) if len(self._faces) else None
         self._threads = self._add_threads(plotter, points) if len(self._links) else None
         self._pins = self._add_pins(plotter, points) if len(self._pinned) else None
+        self._solids = Solids(plotter, self._frames, self._look.framing, self._has_ground)
+        self._shadow = (
+            Shadow(self._frames, self._look.framing, self._look.size, self._solids.faces)
+            if self._has_ground
+            else None
+        )
 
-    def show(self, frame: int) -> None:
+    def show(self, frame: int) -> Cast:
         """Move everything to where it is in a frame; what is not finite is left out."""
         framing = self._look.framing
         positions = np.asarray(self._frames.positions(frame), dtype=np.float64)
@@ -74,9 +102,18 @@ class Panel:
             self._move_threads(self._threads, points, known, frame)
         if self._pins is not None:
             self._pins.points = points[self._pinned]
-        solids = self._solids.show(frame)
-        if self._ground is not None:
-            self._ground.show(np.where(known[:, None], positions, np.nan), solids)
+        return Cast(np.where(known[:, None], positions, np.nan), self._solids.show(frame))
+
+    def lay_shadow(self, picture: Image.Image, corner: tuple[int, int], cast: Cast) -> None:
+        """Darken the floor below what throws a shadow.
+
+        Args:
+            picture: of the floor; it is changed.
+            corner: where the left upper corner of the panel is in it [pixels].
+            cast: what throws the shadow.
+        """
+        if self._shadow is not None:
+            self._shadow.lay(picture, corner, cast.positions, cast.solids)
 
     def _move_cloth(
         self, cloth: pv.PolyData, points: NDArray[np.float32], known: NDArray[np.bool_], frame: int
@@ -110,7 +147,10 @@ class Panel:
         else:
             style = {"ambient": 0.27, "diffuse": 1.0, "specular": 0.1, "specular_power": 14}
             style |= {"color": _FRONT, "backface_params": {"color": _BACK, **style}}
-        plotter.add_mesh(cloth, **style).prop.interpolation = "phong"
+        actor = plotter.add_mesh(cloth, **style)
+        actor.prop.interpolation = "phong"
+        if self._has_ground:
+            cut_at_ground(actor, self._look.framing)
         return cloth
 
     def _add_threads(self, plotter: pv.Plotter, points: NDArray[np.float32]) -> pv.PolyData:

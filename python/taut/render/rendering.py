@@ -1,6 +1,7 @@
 """Stills and films of one or more simulations."""
 
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import imageio_ffmpeg  # type: ignore[import-untyped]
@@ -9,7 +10,7 @@ import numpy as np
 from taut.frames import Frames, frame_rate
 from taut.output import whole_file
 from taut.render.options import RenderError, RenderOptions
-from taut.render.stage import Stage
+from taut.render.stage import FILM, STILL, Drawing, Stage
 
 STILL_EXTENSIONS = (".png", ".jpg", ".jpeg")
 """What :func:`render_still` can write."""
@@ -38,7 +39,7 @@ def render_still(panels: Sequence[Frames], out: str | Path, options: RenderOptio
     frame = len(moments) - 1 if options.frame is None else options.frame
     if not -len(moments) <= frame < len(moments):
         raise RenderError(f"frame {frame} is out of range: there are {len(moments)}, 0 to {len(moments) - 1}")
-    with whole_file(out, options.overwrite, RenderError) as part, Stage(panels, options, 2) as stage:
+    with whole_file(out, options.overwrite, RenderError) as part, Stage(panels, options, STILL) as stage:
         stage.picture(moments[frame]).save(part, quality=93)
 
 
@@ -57,7 +58,7 @@ def render_film(panels: Sequence[Frames], out: str | Path, options: RenderOption
     """
     out, options = Path(out), options or RenderOptions()
     _check(panels, out, FILM_EXTENSIONS)
-    with whole_file(out, options.overwrite, RenderError) as part, Stage(panels, options, 1) as stage:
+    with whole_file(out, options.overwrite, RenderError) as part, Stage(panels, options, FILM) as stage:
         try:
             _encode(stage, part, panels, options)
         except _EncoderError as error:
@@ -79,18 +80,33 @@ def _encode(stage: Stage, part: Path, panels: Sequence[Frames], options: RenderO
         quality=6.5,
         macro_block_size=2,
         ffmpeg_log_level="error",
-        output_params=["-preset", "fast", "-movflags", "+faststart"],
+        output_params=["-preset", "veryfast", "-movflags", "+faststart"],
     )
     encoder.send(None)
+
+    def send(drawing: Drawing) -> None:
+        image = stage.finish(drawing).tobytes()
+        try:
+            encoder.send(image)
+        except OSError as error:
+            raise _EncoderError from error
+
+    def wait(sent: Future[None], done: int) -> None:
+        sent.result()
+        if options.progress is not None:
+            options.progress(done, len(moments))
+
     try:
-        for done, moment in enumerate(moments, start=1):
-            image = stage.picture(moment).tobytes()
-            try:
-                encoder.send(image)
-            except OSError as error:
-                raise _EncoderError from error
-            if options.progress is not None:
-                options.progress(done, len(moments))
+        # One frame is put together and encoded while the next one is drawn.
+        with ThreadPoolExecutor(1) as worker:
+            sent: Future[None] | None = None
+            for done, moment in enumerate(moments):
+                drawing = stage.draw(moment)
+                if sent is not None:
+                    wait(sent, done)
+                sent = worker.submit(send, drawing)
+            if sent is not None:
+                wait(sent, len(moments))
     finally:
         encoder.close()
     try:

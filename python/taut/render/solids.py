@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from vtkmodules.vtkCommonDataModel import vtkPlane
 
 from taut.bodies import Body, Skin, quad_of
 from taut.frames import Frames, bodies_of
@@ -24,9 +25,9 @@ _STYLE: dict[str, Any] = {
 class Solids:
     """Bodies, moved from frame to frame."""
 
-    def __init__(self, plotter: pv.Plotter, frames: Frames, framing: Framing) -> None:
-        """Add the bodies of some frames to the plotter's current panel."""
-        self._frames, self._framing = frames, framing
+    def __init__(self, plotter: pv.Plotter, frames: Frames, framing: Framing, has_ground: bool) -> None:
+        """Add the bodies of some frames to the plotter's current panel, which may show the ground."""
+        self._frames, self._framing, self._has_ground = frames, framing, has_ground
         self._skins: dict[str, tuple[Skin, pv.PolyData]] = {}
         self._planes: dict[str, pv.PolyData] = {}
         for body in bodies_of(frames, 0):
@@ -47,8 +48,10 @@ class Solids:
             if body.name in self._skins:
                 skin, solid = self._skins[body.name]
                 found.append(points := skin.points(body))
-                solid.points = points.astype(np.float32)
-                solid.point_data["Normals"] = normals(solid.points, skin.faces)
+                moved = points.astype(np.float32)
+                if not np.array_equal(moved, solid.points):
+                    solid.points = moved
+                    solid.point_data["Normals"] = normals(moved, skin.faces)
             elif body.name in self._planes:
                 self._planes[body.name].points = self._quad(body)
         return found
@@ -61,7 +64,10 @@ class Solids:
         solid = pv.PolyData(points, faces=cells(skin.faces))
         solid.point_data["Normals"] = normals(points, skin.faces)
         solid.point_data.active_normals_name = "Normals"
-        plotter.add_mesh(solid, color=_STONE, **_STYLE).prop.interpolation = "phong"
+        actor = plotter.add_mesh(solid, color=_STONE, **_STYLE)
+        actor.prop.interpolation = "phong"
+        if self._has_ground:
+            cut_at_ground(actor, self._framing)
         self._skins[body.name] = skin, solid
 
     def _add_plane(self, plotter: pv.Plotter, body: Body) -> None:
@@ -72,6 +78,14 @@ class Solids:
 
     def _quad(self, body: Body) -> NDArray[np.float32]:
         return quad_of(body, self._framing.target, _REACH * self._framing.radius).astype(np.float32)
+
+
+def cut_at_ground(actor: pv.Actor, framing: Framing) -> None:
+    """Leave out what is below the ground, which hides it: the floor is no part of the drawing of a frame."""
+    plane = vtkPlane()
+    plane.SetOrigin(*(framing.ground * framing.up))
+    plane.SetNormal(*framing.up)
+    actor.mapper.AddClippingPlane(plane)
 
 
 def cells(rows: NDArray[np.integer]) -> NDArray[np.int64]:

@@ -4,59 +4,105 @@ import ctypes
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from types import TracebackType
 
 import numpy as np
 import pyvista as pv
-from PIL import Image
+from numpy.typing import NDArray
+from PIL import Image, ImageChops, ImageOps
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
 from taut.frames import Frames
 from taut.render.caption import Caption, Letterer
 from taut.render.framing import frame_motion, looking
 from taut.render.options import RenderError, RenderOptions
-from taut.render.panel import Look, Panel
+from taut.render.panel import Cast, Look, Panel
 from taut.render.strain import strain_scale
 
 _LARGEST_WINDOW = 16384  # pixels a side, of OpenGL
+_SAMPLES = 8  # of each rendered pixel
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How finely pictures are drawn."""
+
+    oversampling: float
+    """Rendered pixels for each pixel of the picture, along each side [1]."""
+    samples: int
+    """Of each rendered pixel [1]; 0: one. In software they cost more than as many rendered pixels."""
+
+
+STILL, FILM = Quality(2.0, _SAMPLES), Quality(1.5, 0)
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A moment as far as OpenGL draws it."""
+
+    pixels: NDArray[np.uint8]
+    """What moves, from the bottom up: red, green, blue and how much of the pixel it covers, which the colours
+    are multiplied by; shape (height, width, 4)."""
+    casts: list[Cast]
+    """What throws shadows, for each panel."""
+    captions: list[Caption | None]
 
 
 class Stage:
-    """Renders any moment of several simulations; use it in a ``with`` statement."""
+    """Renders any moment of several simulations; use it in a ``with`` statement.
 
-    def __init__(self, panels: Sequence[Frames], options: RenderOptions, oversampling: int) -> None:
+    Sky and ground are drawn once. Each frame has what moves drawn alone, and is put together from both.
+    """
+
+    def __init__(self, panels: Sequence[Frames], options: RenderOptions, quality: Quality) -> None:
         """Set everything up.
 
         Args:
             panels: the simulations, each with a frame or more.
             options: how it looks.
-            oversampling: rendered pixels for each pixel of the picture, along each side.
+            quality: of what moves; what stands still always has samples.
 
         Raises:
             RenderError: the picture is too large, or this machine has no OpenGL, in software or otherwise.
         """
-        self._panels, self._oversampling = panels, oversampling
+        self._panels = panels
         width, height = options.size
         columns = options.columns or (len(panels) if len(panels) <= 3 else math.ceil(math.sqrt(len(panels))))
         rows = math.ceil(len(panels) / columns)
         self._scale = strain_scale(panels, options.strain_top)
         framing = looking(frame_motion(panels, width / height), options.eye, options.target)
-        look = Look(options.color, self._scale, framing, oversampling * height / 720, options.background)
+        pixels = quality.oversampling * height / 720
+        look = Look(options.color, self._scale, framing, options.size, pixels, options.background)
         self._has_captions = options.caption
-        window = columns * width * oversampling, rows * height * oversampling
+        self._whole = columns * width, rows * height
+        window = (
+            math.ceil(self._whole[0] * quality.oversampling),
+            math.ceil(self._whole[1] * quality.oversampling),
+        )
         if max(window) > _LARGEST_WINDOW:
-            most = _LARGEST_WINDOW // oversampling
+            most = int(_LARGEST_WINDOW / quality.oversampling)
             needed = f"{columns * width} x {rows * height} pixels"
             raise RenderError(f"a picture of {needed}: at most {most} a side; choose a smaller size")
         self._plotter = open_plotter((rows, columns), window)
+        places = [divmod(index, columns) for index in range(len(panels))]
+        self._corners = [(column * width, row * height) for row, column in places]
         self._actors = []
-        places = []
-        for index, frames in enumerate(panels):
-            row, column = divmod(index, columns)
-            self._plotter.subplot(row, column)
+        for place, frames in zip(places, panels, strict=True):
+            self._plotter.subplot(*place)
             self._actors.append(Panel(self._plotter, frames, look))
-            places.append((column * width, row * height))
         scale = self._scale if options.color == "strain" else None
-        self._letterer = Letterer(options.size, places, scale)
+        self._letterer = Letterer(options.size, self._corners, scale)
+        self._plotter.render()
+        behind = np.asarray(self._plotter.screenshot(return_img=True), dtype=np.uint8)
+        behind = Image.fromarray(behind).resize(self._whole, Image.Resampling.BOX)
+        self._behind = self._letterer.mount(behind)
+        self._window = self._plotter.render_window
+        self._window.SetMultiSamples(quality.samples)
+        for place, panel in zip(places, self._actors, strict=True):
+            self._plotter.subplot(*place)
+            panel.enter(self._plotter)
 
     def __enter__(self) -> "Stage":
         """Return itself."""
@@ -75,21 +121,54 @@ class Stage:
 
     def picture(self, frames: Sequence[int]) -> Image.Image:
         """Render one frame of each panel."""
-        for panel, frame in zip(self._actors, frames, strict=True):
-            panel.show(frame)
-        self._plotter.render()
-        image = np.asarray(self._plotter.screenshot(return_img=True), dtype=np.uint8)
-        if self._oversampling > 1:
-            image = np.asarray(Image.fromarray(image).reduce(self._oversampling))
+        return self.finish(self.draw(frames))
+
+    def draw(self, frames: Sequence[int]) -> Drawing:
+        """Draw what moves in one frame of each panel."""
+        casts = [panel.show(frame) for panel, frame in zip(self._actors, frames, strict=True)]
+        self._window.Render()
+        width, height = self._window.GetSize()
+        pixels = vtkUnsignedCharArray()
+        # The back: VTK's front has its samples mixed as if they were opaque.
+        self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels)
         shown = zip(self._panels, frames, strict=True)
         captions = [self._caption(*one) if self._has_captions else None for one in shown]
-        return self._letterer.finish(image, captions)
+        return Drawing(vtk_to_numpy(pixels).reshape(height, width, 4), casts, captions)
+
+    def finish(self, drawing: Drawing) -> Image.Image:
+        """Make a picture of a drawing. It may be called in another thread than the rest."""
+        picture = self._behind.copy()
+        for panel, corner, cast in zip(self._actors, self._corners, drawing.casts, strict=True):
+            panel.lay_shadow(picture, corner, cast)
+        _cover(picture, self._whole, drawing.pixels)
+        self._letterer.write(picture, drawing.captions)
+        return picture
 
     def _caption(self, panel: Frames, frame: int) -> Caption:
         stretch = np.nan_to_num(panel.stretch(frame), nan=np.inf, posinf=np.inf)
         worst = float(stretch.max()) if stretch.size else None
         over = worst is not None and self._scale.is_over(worst)
         return Caption(panel.title, float(panel.time[frame]), worst, over)
+
+
+def _cover(picture: Image.Image, size: tuple[int, int], pixels: NDArray[np.uint8]) -> None:
+    """Lay a drawing over the upper left part of a picture, of some size: what it does not cover stays."""
+    height, width, _ = pixels.shape
+    # To Pillow just four numbers: it would weigh colours with what they cover, which is done already.
+    drawn = Image.frombuffer("RGBX", (width, height), pixels, "raw", "RGBX", 0, 1)
+    box = drawn.getbbox()
+    if box is None:
+        return
+    across, along = width / size[0], height / size[1]
+    left, right = int(box[0] / across), math.ceil(box[2] / across)
+    low, high = int(box[1] / along), math.ceil(box[3] / along)
+    part = left * across, low * along, right * across, high * along
+    small = drawn.resize((right - left, high - low), Image.Resampling.BOX, part)
+    red, green, blue, covers = ImageOps.flip(small).split()
+    place = left, size[1] - high
+    behind = picture.crop((*place, right, size[1] - low))
+    through = ImageChops.multiply(behind, Image.merge("RGB", [ImageChops.invert(covers)] * 3))
+    picture.paste(ImageChops.add(through, Image.merge("RGB", [red, green, blue])), place)
 
 
 def open_plotter(shape: tuple[int, int], size: tuple[int, int]) -> pv.Plotter:
@@ -110,7 +189,7 @@ def open_plotter(shape: tuple[int, int], size: tuple[int, int]) -> pv.Plotter:
     if type(plotter.render_window).__name__ == "vtkOSOpenGLRenderWindow" and not _has_osmesa():
         plotter.close()
         raise RenderError("no OpenGL was found to render with: install libegl1 and libgl1-mesa-dri, or alike")
-    plotter.enable_anti_aliasing("msaa", multi_samples=8)
+    plotter.enable_anti_aliasing("msaa", multi_samples=_SAMPLES)
     return plotter
 
 
