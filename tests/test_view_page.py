@@ -123,6 +123,17 @@ def test_the_cloth_moves_and_lies_where_the_engine_has_it(page: Page, shown: Vie
     assert overlap > 0.95, f"only {overlap:.1%} of the cloth is where the engine has it"
 
 
+def test_from_below_the_floor_hides_nothing(page: Page, shown: Viewing) -> None:
+    pause(page, shown)
+    page.evaluate("viewer.camera.orbit(0, -1000); viewer.redraw()")
+    until(page, "!viewer.stale")
+    assert page.evaluate("viewer.camera.eye[2] < viewer.look.floor")
+    seen, expected = is_cloth(pixels(page)), outline(page, shown)
+    assert expected.mean() > 0.02, "the cloth is in the picture"
+    overlap = (seen & expected).sum() / (seen | expected).sum()
+    assert overlap > 0.9, f"only {overlap:.1%} of the cloth is seen"
+
+
 def test_a_vertex_follows_the_pointer_and_the_limit_holds(page: Page, shown: Viewing) -> None:
     x, y = page.evaluate(f"viewer.where({PULLED})")
     page.mouse.move(x, y)

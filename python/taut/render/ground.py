@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from taut.render.framing import Framing, Points
 
 _FLOOR = (228, 232, 236)
-_LINE = (168, 178, 190)
+_LINE = (190, 199, 208)
 _TEXELS = 256
 _LINE_WIDTH = 0.0011  # half, in half sides of the floor
 _LIFT = 2e-4  # of the lines above the floor, in half sides

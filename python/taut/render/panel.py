@@ -62,6 +62,8 @@ class Panel:
             plotter.set_background(_HORIZON, top=_SKY)  # type: ignore[arg-type]
         else:
             plotter.set_background(to_hex(look.background))  # type: ignore[arg-type]
+        # What is seen through does not need it, and it knows no samples.
+        plotter.renderer.SetUseOIT(False)
         _add_lights(plotter, look.framing)
         _set_camera(plotter, look.framing)
         if self._has_ground:
@@ -70,10 +72,8 @@ class Panel:
     def enter(self, plotter: pv.Plotter) -> None:
         """Put the actors into the plotter's current panel, and nothing behind them."""
         plotter.renderer.clear_actors()
-        plotter.set_background("black", all_renderers=False)
+        plotter.set_background("black", all_renderers=False)  # type: ignore[arg-type]
         plotter.renderer.SetBackgroundAlpha(0.0)
-        # It costs as much as all actors; floors that are seen through do not overlap.
-        plotter.renderer.SetUseOIT(False)
         points = np.zeros((len(self._frames.positions(0)), 3), dtype=np.float32)
         # What is often in front is drawn first, so that what it hides costs nothing.
         self._cloth = self._add_cloth(plotter, points) if len(self._faces) else None

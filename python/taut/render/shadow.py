@@ -10,9 +10,9 @@ from taut.frames import Frames, links
 from taut.render.framing import Framing, Points
 from taut.render.ground import fade, half_side
 
-_TEXELS = 384
-_BLUR = 3.0  # [texels]
-_MARGIN = 10  # [texels]: so far the blur reaches
+_TEXELS = 256
+_BLUR = 2.0  # [texels]
+_MARGIN = 7  # [texels]: so far the blur reaches
 _SHADE = (92, 102, 116)
 _DARKEST = 0.6
 _MOST_SAMPLES = 300_000
@@ -119,7 +119,7 @@ class Shadow:
         return found if found[0] < found[2] and found[1] < found[3] else None
 
     def _texels(self, points: Points) -> NDArray[np.float32]:
-        """Where points throw their shadow [texels], shape (2, points); what is below the floor throws none."""
+        """Where points throw their shadow [texels], shape (2, points); NaN for those below the floor."""
         framing = self._framing
         flat = framing.shadow(points) - framing.middle
         texels = (np.stack([flat @ framing.right, flat @ framing.away]) / self._half + 1) * (_TEXELS / 2)
@@ -189,9 +189,9 @@ class _Caster:
         sheet_area = np.tile(area / len(self._u), len(self._u))
         start, end = self._links.T
         thread = _spread(texels, start, end, self._steps)
-        # A thread is drawn about a texel wide.
+        # A thread is drawn about half a texel wide.
         length = np.linalg.norm(positions[end] - positions[start], axis=1) / len(self._steps)
-        thread_area = np.tile(0.7 * self._texel * length, len(self._steps))
+        thread_area = np.tile(0.47 * self._texel * length, len(self._steps))
         places = np.concatenate([sheet.reshape(2, -1), thread.reshape(2, -1)], axis=1)
         return places, np.concatenate([sheet_area, thread_area]).astype(np.float32)
 

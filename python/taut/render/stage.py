@@ -10,7 +10,7 @@ from types import TracebackType
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from PIL import Image, ImageChops, ImageOps
+from PIL import Image
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
@@ -77,15 +77,7 @@ class Stage:
         look = Look(options.color, self._scale, framing, options.size, pixels, options.background)
         self._has_captions = options.caption
         self._whole = columns * width, rows * height
-        window = (
-            math.ceil(self._whole[0] * quality.oversampling),
-            math.ceil(self._whole[1] * quality.oversampling),
-        )
-        if max(window) > _LARGEST_WINDOW:
-            most = int(_LARGEST_WINDOW / quality.oversampling)
-            needed = f"{columns * width} x {rows * height} pixels"
-            raise RenderError(f"a picture of {needed}: at most {most} a side; choose a smaller size")
-        self._plotter = open_plotter((rows, columns), window)
+        self._plotter = open_plotter((rows, columns), _drawn_size(self._whole, quality.oversampling))
         places = [divmod(index, columns) for index in range(len(panels))]
         self._corners = [(column * width, row * height) for row, column in places]
         self._actors = []
@@ -94,10 +86,9 @@ class Stage:
             self._actors.append(Panel(self._plotter, frames, look))
         scale = self._scale if options.color == "strain" else None
         self._letterer = Letterer(options.size, self._corners, scale)
-        self._plotter.render()
-        behind = np.asarray(self._plotter.screenshot(return_img=True), dtype=np.uint8)
-        behind = Image.fromarray(behind).resize(self._whole, Image.Resampling.BOX)
-        self._behind = self._letterer.mount(behind)
+        behind = Image.fromarray(np.asarray(self._plotter.screenshot(return_img=True), dtype=np.uint8))
+        self._behind = self._letterer.mount(behind.resize(self._whole, Image.Resampling.HAMMING))
+        assert self._plotter.render_window is not None  # It is open.
         self._window = self._plotter.render_window
         self._window.SetMultiSamples(quality.samples)
         for place, panel in zip(places, self._actors, strict=True):
@@ -133,7 +124,8 @@ class Stage:
         self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels)
         shown = zip(self._panels, frames, strict=True)
         captions = [self._caption(*one) if self._has_captions else None for one in shown]
-        return Drawing(vtk_to_numpy(pixels).reshape(height, width, 4), casts, captions)
+        drawn = vtk_to_numpy(pixels).reshape(height, width, 4)  # type: ignore[no-untyped-call]
+        return Drawing(drawn, casts, captions)
 
     def finish(self, drawing: Drawing) -> Image.Image:
         """Make a picture of a drawing. It may be called in another thread than the rest."""
@@ -151,6 +143,16 @@ class Stage:
         return Caption(panel.title, float(panel.time[frame]), worst, over)
 
 
+def _drawn_size(size: tuple[int, int], oversampling: float) -> tuple[int, int]:
+    """Rendered pixels, across and along, for a picture of some size."""
+    drawn = math.ceil(size[0] * oversampling), math.ceil(size[1] * oversampling)
+    if max(drawn) > _LARGEST_WINDOW:
+        most = int(_LARGEST_WINDOW / oversampling)
+        needed = f"{size[0]} x {size[1]} pixels"
+        raise RenderError(f"a picture of {needed}: at most {most} a side; choose a smaller size")
+    return drawn
+
+
 def _cover(picture: Image.Image, size: tuple[int, int], pixels: NDArray[np.uint8]) -> None:
     """Lay a drawing over the upper left part of a picture, of some size: what it does not cover stays."""
     height, width, _ = pixels.shape
@@ -163,12 +165,9 @@ def _cover(picture: Image.Image, size: tuple[int, int], pixels: NDArray[np.uint8
     left, right = int(box[0] / across), math.ceil(box[2] / across)
     low, high = int(box[1] / along), math.ceil(box[3] / along)
     part = left * across, low * along, right * across, high * along
-    small = drawn.resize((right - left, high - low), Image.Resampling.BOX, part)
-    red, green, blue, covers = ImageOps.flip(small).split()
-    place = left, size[1] - high
-    behind = picture.crop((*place, right, size[1] - low))
-    through = ImageChops.multiply(behind, Image.merge("RGB", [ImageChops.invert(covers)] * 3))
-    picture.paste(ImageChops.add(through, Image.merge("RGB", [red, green, blue])), place)
+    small = drawn.resize((right - left, high - low), Image.Resampling.HAMMING, part)
+    cover = Image.frombuffer("RGBa", small.size, small.tobytes(), "raw", "RGBa", 0, -1).convert("RGBA")
+    picture.paste(cover, (left, size[1] - high), cover)
 
 
 def open_plotter(shape: tuple[int, int], size: tuple[int, int]) -> pv.Plotter:
