@@ -12,6 +12,7 @@ from tools.targets import (
     across,
     chain,
     far,
+    film,
     hand,
     held,
     limit,
@@ -61,6 +62,7 @@ ROWS: dict[str, Callable[[Effort], Row]] = {
     "contact-garments": garments.garments,
     "contact-friction": friction.friction,
     "contact-speed": cost.speed,
+    "film": film.film,
 }
 """A function a row; the table keeps this order."""
 TABLE, DETAIL = ROOT / "docs" / "targets.md", ROOT / "docs" / "targets-detail.md"

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-import imageio_ffmpeg  # type: ignore[import-untyped]
 import numpy as np
 
 from taut.frames import Frames, frame_rate
 from taut.output import whole_file
+from taut.render.encoder import Encoder, EncoderError, check_film
 from taut.render.options import RenderError, RenderOptions
-from taut.render.stage import FILM, STILL, Drawing, Stage
+from taut.render.stage import FILM, STILL, Stage
 
 STILL_EXTENSIONS = (".png", ".jpg", ".jpeg")
 """What :func:`render_still` can write."""
@@ -61,61 +61,31 @@ def render_film(panels: Sequence[Frames], out: str | Path, options: RenderOption
     with whole_file(out, options.overwrite, RenderError) as part, Stage(panels, options, FILM) as stage:
         try:
             _encode(stage, part, panels, options)
-        except _EncoderError as error:
+        except EncoderError as error:
             reason = "the film encoder stopped before the end"
             raise RenderError(f"{out} cannot be written: {reason}; is the disk full?") from error
-
-
-class _EncoderError(Exception):
-    pass
 
 
 def _encode(stage: Stage, part: Path, panels: Sequence[Frames], options: RenderOptions) -> None:
     rate = frame_rate(panels[0]) if options.fps is None else options.fps
     moments = _moments(panels, rate)
-    encoder = imageio_ffmpeg.write_frames(
-        part,
-        stage.size,
-        fps=rate,
-        quality=6.5,
-        macro_block_size=2,
-        ffmpeg_log_level="error",
-        output_params=["-preset", "veryfast", "-movflags", "+faststart"],
-    )
-    encoder.send(None)
 
-    def send(drawing: Drawing) -> None:
-        image = stage.finish(drawing).tobytes()
-        try:
-            encoder.send(image)
-        except OSError as error:
-            raise _EncoderError from error
-
-    def wait(sent: Future[None], done: int) -> None:
-        sent.result()
+    def wait(written: Future[None], done: int) -> None:
+        written.result()
         if options.progress is not None:
             options.progress(done, len(moments))
 
-    try:
-        # One frame is put together and encoded while the next one is drawn.
-        with ThreadPoolExecutor(1) as worker:
-            sent: Future[None] | None = None
-            for done, moment in enumerate(moments):
-                drawing = stage.draw(moment)
-                if sent is not None:
-                    wait(sent, done)
-                sent = worker.submit(send, drawing)
-            if sent is not None:
-                wait(sent, len(moments))
-    finally:
-        encoder.close()
-    try:
-        # The encoder does not say how it ended; what it wrote does.
-        written, _ = imageio_ffmpeg.count_frames_and_secs(part)
-    except RuntimeError as error:
-        raise _EncoderError from error
-    if written != len(moments):
-        raise _EncoderError
+    # A frame is put together and encoded while the next one is drawn.
+    with Encoder(part, stage.size, rate) as encoder, ThreadPoolExecutor(1) as worker:
+        written: Future[None] | None = None
+        for done, moment in enumerate(moments):
+            drawing = stage.draw(moment)
+            if written is not None:
+                wait(written, done)
+            written = worker.submit(lambda drawing: encoder.write(stage.finish(drawing)), drawing)
+        if written is not None:
+            wait(written, len(moments))
+    check_film(part, len(moments))
 
 
 def _check(panels: Sequence[Frames], out: Path, extensions: tuple[str, ...]) -> None:
