@@ -174,8 +174,8 @@ def stretches(
     places: NDArray[np.float64], springs: NDArray[np.int32], rest_length: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """``|X_uv| / L - 1`` of each spring [1], shape (springs,)."""
-    ends = places[springs]
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    x, y, z = (places[springs[:, 1]] - places[springs[:, 0]]).T
+    length = np.sqrt(x * x + y * y + z * z)
     return np.asarray(length / rest_length - 1.0, np.float32)
 
 

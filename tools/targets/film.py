@@ -87,7 +87,7 @@ def film(effort: Effort) -> Row:
             one.measure(frames)
     met = all(one.spread("film").median <= one.spread("simulating").median for one in found)
     target = (
-        f"a frame of a film of {SIZE[0]} x {SIZE[1]} pixels, first 2 s: no longer than the simulation of 65², "
+        f"a frame of a film of {SIZE[0]} x {SIZE[1]}, first 2 s: no longer than the simulation of 65², "
         "with contact and without"
     )
     lines = [
