@@ -68,24 +68,14 @@ class Shadow:
             positions: of the cloth's vertices [m], shape (vertices, 3); NaN: no shadow.
             solids: the points of each body [m].
         """
-        cover = self._cover(self._cast.samples(positions, self._texels(positions)))
-        for solid, points in zip(self._solids, solids, strict=True):
-            if solid.is_elsewhere(points):
-                solid.cover = self._cover(solid.caster(points).samples(points, self._texels(points)))
-            cover = cover + solid.cover
-        rows, columns = np.flatnonzero(cover.any(axis=1)), np.flatnonzero(cover.any(axis=0))
-        if len(rows) == 0:
+        found = self._shade(positions, solids)
+        if found is None:
             return
-        top, bottom = max(0, rows[0] - _MARGIN), min(_TEXELS, rows[-1] + 1 + _MARGIN)
-        left, right = max(0, columns[0] - _MARGIN), min(_TEXELS, columns[-1] + 1 + _MARGIN)
-        part = slice(top, bottom), slice(left, right)
-        dark = 1 - np.exp(-2 / (2 * self._half / _TEXELS) ** 2 * cover[part].astype(np.float32))
-        soft = Image.fromarray((255 * dark).astype(np.uint8)).filter(ImageFilter.GaussianBlur(_BLUR))
-        shade = Image.fromarray((np.asarray(soft) * self._strength[part]).astype(np.uint8))
-        box = self._box(left, top, right, bottom)
+        shade, left, top = found
+        box = self._box(left, top, left + shade.width, top + shade.height)
         if box is None:
             return
-        # As Pillow wants it: from pixels of the box to texels of the part.
+        # As Pillow wants it: from pixels of the box to texels of the shade.
         there, here = np.eye(3), np.eye(3)
         here[:2, 2], there[:2, 2] = box[:2], (-left, -top)
         warp = there @ self._to_floor @ here
@@ -96,6 +86,24 @@ class Shadow:
             Image.Resampling.BILINEAR,
         )
         picture.paste(_SHADE, (corner[0] + box[0], corner[1] + box[1]), seen)
+
+    def _shade(self, positions: Points, solids: Sequence[Points]) -> tuple[Image.Image, int, int] | None:
+        """How dark the floor is where it is, and the first texel of that to the right and away."""
+        cover = self._cover(self._cast.samples(positions, self._texels(positions)))
+        for solid, points in zip(self._solids, solids, strict=True):
+            if solid.is_elsewhere(points):
+                solid.cover = self._cover(solid.caster(points).samples(points, self._texels(points)))
+            cover = cover + solid.cover
+        rows, columns = np.flatnonzero(cover.any(axis=1)), np.flatnonzero(cover.any(axis=0))
+        if len(rows) == 0:
+            return None
+        top, bottom = max(0, int(rows[0]) - _MARGIN), int(rows[-1]) + 1 + _MARGIN
+        left, right = max(0, int(columns[0]) - _MARGIN), int(columns[-1]) + 1 + _MARGIN
+        part = slice(top, bottom), slice(left, right)
+        dark = 1 - np.exp(-2 / (2 * self._half / _TEXELS) ** 2 * cover[part].astype(np.float32))
+        soft = Image.fromarray((255 * dark).astype(np.uint8)).filter(ImageFilter.GaussianBlur(_BLUR))
+        shade = (np.asarray(soft) * self._strength[part]).astype(np.uint8)
+        return Image.fromarray(shade), left, top
 
     def _box(self, left: int, top: int, right: int, bottom: int) -> tuple[int, int, int, int] | None:
         """The part of the panel where a part of the floor is seen, left, top, right, bottom [pixels]."""

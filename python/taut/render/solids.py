@@ -12,6 +12,7 @@ from taut.frames import Frames, bodies_of
 from taut.render.framing import Framing, Points, is_floor
 
 _STONE, _PLANE = "#93a4b5", "#cfd8e0"
+_SUNK = 1e-4  # what lies on the ground may be so far below it, in radii of the motion
 _REACH = 1.6  # half the side of a plane, in radii of the motion
 _STYLE: dict[str, Any] = {
     "ambient": 0.3,
@@ -83,7 +84,7 @@ class Solids:
 def cut_at_ground(actor: pv.Actor, framing: Framing) -> None:
     """Leave out what is below the ground, which hides it: the floor is no part of the drawing of a frame."""
     plane = vtkPlane()
-    plane.SetOrigin(*(framing.ground * framing.up))
+    plane.SetOrigin(*((framing.ground - _SUNK * framing.radius) * framing.up))
     plane.SetNormal(*framing.up)
     actor.mapper.AddClippingPlane(plane)
 
