@@ -1,19 +1,12 @@
 //! Ways to keep every type 1 spring within `(1 + lambda) L` (paper, section 3, inequality (1)).
 //!
-//! A method is a file here and a line in [`new`].
+//! `coarse_to_fine/` is the engine's own, and where its time goes; `comparison/` holds what it is compared with. A method is a file, or a
+//! folder, and a line in [`new`].
 
 mod cholesky;
 mod coarse_to_fine;
-mod coloured;
-mod fast_projection;
-mod multipliers;
+mod comparison;
 mod none;
-mod provot;
-mod rods;
-mod sequential;
-mod sweeps;
-mod tethers;
-mod xpbd;
 
 use super::Limited;
 use crate::contact::Touching;
@@ -47,13 +40,13 @@ pub(super) trait StrainLimit: Send + Sync {
 pub(super) fn new(model: &Model, plan: &Plan) -> Box<dyn StrainLimit> {
     match model.solver.filter {
         FilterKind::None => Box::new(none::None),
-        FilterKind::Sequential => Box::new(sequential::Sequential::new(model)),
+        FilterKind::Sequential => Box::new(comparison::Sequential::new(model)),
         FilterKind::CoarseToFine => Box::new(coarse_to_fine::CoarseToFine::new(model, plan)),
-        FilterKind::Sweeps => Box::new(sweeps::Sweeps::new(model)),
-        FilterKind::Provot => Box::new(provot::Provot::new(model)),
-        FilterKind::Rods => Box::new(rods::Rods::new(model)),
-        FilterKind::FastProjection => Box::new(fast_projection::FastProjection::new(model)),
-        FilterKind::Tethers => Box::new(tethers::Tethers::new(model)),
-        FilterKind::Xpbd => Box::new(xpbd::Xpbd::new(model)),
+        FilterKind::Sweeps => Box::new(comparison::Sweeps::new(model)),
+        FilterKind::Provot => Box::new(comparison::Provot::new(model)),
+        FilterKind::Rods => Box::new(comparison::Rods::new(model)),
+        FilterKind::FastProjection => Box::new(comparison::FastProjection::new(model)),
+        FilterKind::Tethers => Box::new(comparison::Tethers::new(model)),
+        FilterKind::Xpbd => Box::new(comparison::Xpbd::new(model)),
     }
 }

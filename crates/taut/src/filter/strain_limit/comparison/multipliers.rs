@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::cholesky::Cholesky;
+use super::super::cholesky::Cholesky;
 use crate::model::Adjacency;
 
 /// Added to the diagonal, as a part of it.

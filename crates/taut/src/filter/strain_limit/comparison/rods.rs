@@ -22,7 +22,7 @@ use crate::schedule::Stride;
 use crate::state::State;
 
 /// Rods and limited springs by colour.
-pub(super) struct Rods {
+pub(in super::super) struct Rods {
     springs: ColouredSprings<Rod>,
 }
 
@@ -36,7 +36,7 @@ struct Rod {
 }
 
 impl Rods {
-    pub(super) fn new(model: &Model) -> Self {
+    pub(in super::super) fn new(model: &Model) -> Self {
         let springs = &model.springs;
         let keep = |spring: usize, [u, v]: [f32; 2]| {
             let rigid = springs.kind[spring].is_rod(FilterKind::Rods);

@@ -24,7 +24,7 @@ use crate::schedule::Stride;
 use crate::state::State;
 
 /// The constraints by colour.
-pub(super) struct Xpbd {
+pub(in super::super) struct Xpbd {
     springs: ColouredSprings<Constraint>,
 }
 
@@ -43,7 +43,7 @@ struct Constraint {
 }
 
 impl Xpbd {
-    pub(super) fn new(model: &Model) -> Self {
+    pub(in super::super) fn new(model: &Model) -> Self {
         let springs = &model.springs;
         let keep = |spring: usize, weights: [f32; 2]| Constraint {
             rest: springs.rest[spring],

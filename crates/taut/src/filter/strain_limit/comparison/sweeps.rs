@@ -16,7 +16,7 @@ use crate::schedule::Stride;
 use crate::state::State;
 
 /// The limited springs by colour.
-pub(super) struct Sweeps {
+pub(in super::super) struct Sweeps {
     springs: ColouredSprings<Spring>,
 }
 
@@ -28,7 +28,7 @@ struct Spring {
 }
 
 impl Sweeps {
-    pub(super) fn new(model: &Model) -> Self {
+    pub(in super::super) fn new(model: &Model) -> Self {
         let keep = |spring, [u, v]: [f32; 2]| Spring { limit: model.springs.greatest_length(spring), share: u / (u + v) };
         Self { springs: ColouredSprings::new(model, 0..model.springs.type1, keep) }
     }

@@ -37,12 +37,12 @@ const MOST_HALVINGS: u32 = 6;
 const ROUNDING: f64 = 2e-6;
 
 /// All cloths that have threads.
-pub(super) struct FastProjection {
+pub(in super::super) struct FastProjection {
     cloths: Vec<Threads>,
 }
 
 impl FastProjection {
-    pub(super) fn new(model: &Model) -> Self {
+    pub(in super::super) fn new(model: &Model) -> Self {
         Self { cloths: model.cloths.iter().filter_map(|cloth| Threads::new(model, cloth)).collect() }
     }
 }

@@ -29,12 +29,12 @@ struct Tether {
 }
 
 /// The tethers of each particle, the shortest last.
-pub(super) struct Tethers {
+pub(in super::super) struct Tethers {
     tethers: Adjacency<Tether>,
 }
 
 impl Tethers {
-    pub(super) fn new(model: &Model) -> Self {
+    pub(in super::super) fn new(model: &Model) -> Self {
         let all: Vec<(u32, Tether)> = model.cloths.iter().flat_map(|cloth| of_cloth(model, cloth)).collect();
         Self { tethers: Adjacency::new(model.particle_count(), all.iter().copied()) }
     }

@@ -26,12 +26,12 @@ struct Spring {
 }
 
 /// The springs in their order.
-pub(super) struct Provot {
+pub(in super::super) struct Provot {
     springs: Vec<Spring>,
 }
 
 impl Provot {
-    pub(super) fn new(model: &Model) -> Self {
+    pub(in super::super) fn new(model: &Model) -> Self {
         let free = |particle: u32| model.particles.inverse_mass[particle as usize] > 0.0;
         let springs = (0..model.springs.type1).filter_map(|index| {
             let ends = model.springs.ends[index];

@@ -24,12 +24,12 @@ struct Visit {
 }
 
 /// The walk over the springs.
-pub(super) struct Sequential {
+pub(in super::super) struct Sequential {
     walk: Vec<Visit>,
 }
 
 impl Sequential {
-    pub(super) fn new(model: &Model) -> Self {
+    pub(in super::super) fn new(model: &Model) -> Self {
         let springs = &model.springs;
         let both = (0..springs.type1).flat_map(|spring| {
             let [a, b] = springs.ends[spring];
