@@ -3,20 +3,20 @@
 use glam::{Vec4, Vec4Swizzles};
 use pulp::{Simd, WithSimd};
 
-use super::{Levels, Shares};
+use super::{MassLevels, Shares};
 use crate::geometry::{Pool, Vectors, VectorsChunk, arch, fill_quads, for_each_chunk};
 use crate::model::{Adjacency, ClothRange, Hierarchy, Parents};
 
 /// The levels of a cloth above the cloth itself.
-pub(super) struct GeneralLevels {
+pub(super) struct GeneralMassLevels {
     cloth: ClothRange,
     /// What the cloth's own particles would gain [m/s].
     own: Vec<Vec4>,
-    coarse: Vec<Level>,
+    coarse: Vec<MassLevel>,
 }
 
 /// Some particles, and how they are tied to the next finer level.
-struct Level {
+struct MassLevel {
     /// 1 / M_l [1/kg]; zero for what is held.
     weights: Vec<f32>,
     /// P_l^T M V on the way up, velocities on the way down.
@@ -27,7 +27,7 @@ struct Level {
     children: Adjacency<(u32, f32)>,
 }
 
-impl GeneralLevels {
+impl GeneralMassLevels {
     /// So many levels of a cloth.
     pub fn new(cloth: &ClothRange, hierarchy: &Hierarchy, levels: usize) -> Self {
         let nodes = &hierarchy.levels[0].nodes;
@@ -43,7 +43,7 @@ impl GeneralLevels {
                 list.iter().map(child)
             });
             let weight = |&mass: &f64| if mass > 0.0 { (1.0 / mass) as f32 } else { 0.0 };
-            Level {
+            MassLevel {
                 weights: level.masses.iter().map(weight).collect(),
                 field: vec![Vec4::ZERO; level.nodes.len()],
                 children: Adjacency::new(level.nodes.len(), followed),
@@ -54,7 +54,7 @@ impl GeneralLevels {
     }
 }
 
-impl Levels for GeneralLevels {
+impl MassLevels for GeneralMassLevels {
     fn add(&mut self, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
         let Self { cloth, own, coarse } = self;
         let first = cloth.first;
@@ -62,13 +62,13 @@ impl Levels for GeneralLevels {
         let coarse = &mut coarse[..shares.len() - 1];
         for index in 0..coarse.len() {
             let (finer, here) = coarse.split_at_mut(index);
-            let Level { field, children, .. } = &mut here[0];
+            let MassLevel { field, children, .. } = &mut here[0];
             let finer = finer.last().map_or(&*own, |level| &level.field);
             for_each_chunk(field, pool, |first, sums| arch().dispatch(Restrict { sums, first, children, finer }));
         }
         for index in (0..coarse.len()).rev() {
             let (here, coarser) = coarse.split_at_mut(index + 1);
-            let Level { field, weights, .. } = &mut here[index];
+            let MassLevel { field, weights, .. } = &mut here[index];
             let share = shares[index + 1];
             for_each_chunk(field, pool, |start, chunk| {
                 for (place, value) in (start..).zip(chunk) {
@@ -109,7 +109,7 @@ struct Add<'a> {
     first: usize,
     own: &'a [Vec4],
     share: f32,
-    coarse: Option<&'a Level>,
+    coarse: Option<&'a MassLevel>,
 }
 
 impl WithSimd for Add<'_> {
@@ -129,7 +129,7 @@ impl WithSimd for Add<'_> {
     }
 }
 
-impl Level {
+impl MassLevel {
     /// P at a particle of the finer level. What is held gets nothing: all that it follows is held as well.
     #[inline(always)]
     fn prolonged(&self, place: usize) -> Vec4 {

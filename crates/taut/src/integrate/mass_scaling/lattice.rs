@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::{Levels, Shares};
+use super::{MassLevels, Shares};
 use crate::geometry::{Pool, Vectors, VectorsChunk, arch};
 use crate::model::coarse_grid::{carry, coarsened, parents};
 use crate::model::{ClothRange, Lattice, Model};
@@ -11,7 +11,7 @@ use crate::model::{ClothRange, Lattice, Model};
 const BAND: usize = 16;
 
 /// The coarse grids of a lattice.
-pub(super) struct LatticeLevels {
+pub(super) struct LatticeMassLevels {
     first: usize,
     /// Masses of its particles [kg]; zero for what is held.
     masses: Vec<f32>,
@@ -32,7 +32,7 @@ struct Grid {
     field: Vectors,
 }
 
-impl LatticeLevels {
+impl LatticeMassLevels {
     /// So many grids for a lattice.
     pub fn new(model: &Model, cloth: &ClothRange, lattice: &Lattice, levels: usize) -> Self {
         let masses = model.particles.free_masses(cloth);
@@ -55,7 +55,7 @@ impl LatticeLevels {
     }
 }
 
-impl Levels for LatticeLevels {
+impl MassLevels for LatticeMassLevels {
     fn add(&mut self, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
         let Self { first, masses, columns, rows, coarse, scratch } = self;
         let particles = *first..*first + *columns * *rows;

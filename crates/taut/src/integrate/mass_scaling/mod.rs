@@ -18,18 +18,18 @@ mod lattice;
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, LevelRate, Model, shares};
 use crate::schedule::ScaledTiming;
-use general::GeneralLevels;
-use lattice::LatticeLevels;
+use general::GeneralMassLevels;
+use lattice::LatticeMassLevels;
 
 /// The levels of a cloth, and their shares.
 pub(super) struct MassScaling {
     springs: Shares,
     dampers: Option<Shares>,
-    levels: Box<dyn Levels>,
+    levels: Box<dyn MassLevels>,
 }
 
 /// Levels that can add `S M gains`.
-trait Levels: Send + Sync {
+trait MassLevels: Send + Sync {
     /// `velocities += S M gains` with these shares; gains of what is held are zero.
     fn add(&mut self, shares: &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool);
 }
@@ -48,9 +48,9 @@ impl MassScaling {
     /// Of a cloth with levels, for a step whose masses are scaled.
     pub fn new(model: &Model, cloth: &ClothRange, timing: &ScaledTiming) -> Option<Self> {
         let count = cloth.rates.len();
-        let levels: Box<dyn Levels> = match cloth.lattice {
-            Some(lattice) => Box::new(LatticeLevels::new(model, cloth, &model.lattices[lattice], count)),
-            None => Box::new(GeneralLevels::new(cloth, &model.hierarchies[cloth.hierarchy?], count)),
+        let levels: Box<dyn MassLevels> = match cloth.lattice {
+            Some(lattice) => Box::new(LatticeMassLevels::new(model, cloth, &model.lattices[lattice], count)),
+            None => Box::new(GeneralMassLevels::new(cloth, &model.hierarchies[cloth.hierarchy?], count)),
         };
         let mut masses = Self { springs: Shares::default(), dampers: None, levels };
         masses.share_out(cloth, timing);

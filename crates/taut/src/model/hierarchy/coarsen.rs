@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use super::interpolation::weights;
-use super::{Bond, Level, Parents};
+use super::{Bond, HierarchyLevel, Parents};
 use crate::model::surface::{Search, Surface};
 
 /// A chosen particle stands for those nearer than this, in mean distances of neighbours.
@@ -41,13 +41,13 @@ pub(super) struct Choosing<'a> {
 
 impl Choosing<'_> {
     /// Whether the particle at a place of a level is held.
-    fn is_held(&self, level: &Level, place: usize) -> bool {
+    fn is_held(&self, level: &HierarchyLevel, place: usize) -> bool {
         self.held[level.nodes[place] as usize]
     }
 }
 
 /// The next level; its springs are few or none where there is nothing left to join.
-pub(super) fn coarser(fine: &Level, cloth: &Choosing<'_>, search: &mut Search) -> Level {
+pub(super) fn coarser(fine: &HierarchyLevel, cloth: &Choosing<'_>, search: &mut Search) -> HierarchyLevel {
     let choice = Choice::new(fine, cloth, search);
     let mut coarse_of = vec![NONE; fine.nodes.len()];
     for (coarse, &place) in (0..).zip(&choice.chosen) {
@@ -69,7 +69,7 @@ pub(super) fn coarser(fine: &Level, cloth: &Choosing<'_>, search: &mut Search) -
             masses[coarse as usize] += if held(coarse) { 0.0 } else { f64::from(part) * mass };
         }
     }
-    Level { springs: springs(&around, between, held), parents, masses, nodes }
+    HierarchyLevel { springs: springs(&around, between, held), parents, masses, nodes }
 }
 
 /// The particles chosen from a level.
@@ -81,7 +81,7 @@ struct Choice {
 }
 
 impl Choice {
-    fn new(fine: &Level, cloth: &Choosing<'_>, search: &mut Search) -> Self {
+    fn new(fine: &HierarchyLevel, cloth: &Choosing<'_>, search: &mut Search) -> Self {
         let mut place = vec![NONE; cloth.held.len()];
         for (index, &node) in fine.nodes.iter().enumerate() {
             place[node as usize] = index as u32;
@@ -163,7 +163,7 @@ fn by_distance(a: &(u32, f32), b: &(u32, f32)) -> std::cmp::Ordering {
 }
 
 /// The mean distance of each particle's nearest neighbours [m].
-fn spacing(level: &Level) -> Vec<f32> {
+fn spacing(level: &HierarchyLevel) -> Vec<f32> {
     let mut lengths: Vec<Vec<f32>> = vec![Vec::new(); level.nodes.len()];
     for &(ends, length) in &level.springs {
         ends.iter().for_each(|&end| lengths[end as usize].push(length));

@@ -23,12 +23,12 @@ const SHRINKS: f64 = 0.8;
 #[derive(Debug)]
 pub struct Hierarchy {
     /// The finest first.
-    pub levels: Vec<Level>,
+    pub levels: Vec<HierarchyLevel>,
 }
 
 /// Some particles of a cloth.
 #[derive(Debug, Default)]
-pub struct Level {
+pub struct HierarchyLevel {
     /// Their numbers in the cloth, in rising order.
     pub nodes: Vec<u32>,
     /// Places of the two ends in `nodes`, the lower one first, and the distance between them along the cloth at rest [m]. On the
@@ -86,7 +86,7 @@ impl Hierarchy {
         bonds.sort_by_key(|bond| bond.0);
         let mass = |&node: &u32| if held[node as usize] { 0.0 } else { f64::from(particles.mass[cloth.first + node as usize]) };
         let masses = nodes.iter().map(mass).collect();
-        let mut levels = vec![Level { nodes, springs: bonds, parents: Vec::new(), masses }];
+        let mut levels = vec![HierarchyLevel { nodes, springs: bonds, parents: Vec::new(), masses }];
         let mut search = Search::new(cloth.count);
         let on = Choosing { surface: &surface, held: &held, rank: &rank };
         while let Some(fine) = levels.last().filter(|level| level.nodes.len() > FEW) {

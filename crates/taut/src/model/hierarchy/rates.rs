@@ -5,7 +5,7 @@
 //! carries, no vibration has a larger w^2 than the largest sum of a row of `M^-1 sum k |r| |r|^T` (Gershgorin).
 
 use super::coarse_grid::{carry, coarsened};
-use super::{Hierarchy, Level};
+use super::{Hierarchy, HierarchyLevel};
 use crate::model::{ClothRange, LevelRate, Springs};
 
 /// Smaller parts of a row are left out; they are rounding [1].
@@ -88,7 +88,7 @@ pub(in crate::model) fn of_hierarchy(
 }
 
 /// The springs that act as forces; what is held has no part in them.
-fn rows(finest: &Level, cloth: &ClothRange, springs: &Springs) -> Vec<Row> {
+fn rows(finest: &HierarchyLevel, cloth: &ClothRange, springs: &Springs) -> Vec<Row> {
     let mut place = vec![None; cloth.count];
     (0..).zip(&finest.nodes).for_each(|(index, &node)| place[node as usize] = Some(index));
     let row = |spring: usize| {
@@ -109,7 +109,7 @@ fn rows(finest: &Level, cloth: &ClothRange, springs: &Springs) -> Vec<Row> {
 }
 
 /// A row on the next coarser level.
-fn carried(parts: &[(u32, f64)], coarse: &Level) -> Vec<(u32, f64)> {
+fn carried(parts: &[(u32, f64)], coarse: &HierarchyLevel) -> Vec<(u32, f64)> {
     let mut carried: Vec<(u32, f64)> = Vec::new();
     for &(place, part) in parts {
         for (above, share) in coarse.parents[place as usize].iter() {

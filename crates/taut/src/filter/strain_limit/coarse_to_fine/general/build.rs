@@ -2,20 +2,20 @@
 
 use glam::Vec4;
 
-use super::level::{Bundle, Level};
-use super::tiles::{TILE, Tiles, tile_of};
+use super::level::{Bundle, GeneralLevel};
+use super::tiles::{GeneralTiles, TILE, tile_of};
 use crate::model::{ClothRange, Hierarchy};
 
 /// Blocks of fewer particles are not worth handing to another thread.
 const LEAST_BLOCK: usize = 256;
 
 /// Levels, the finest first, the tiles of that, and the particle at each of its places.
-pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) -> (Vec<Level>, Tiles, Vec<u32>) {
+pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) -> (Vec<GeneralLevel>, GeneralTiles, Vec<u32>) {
     let finest = &hierarchy.levels[0];
     let mut place = vec![0; cloth.count];
     (0..).zip(&finest.nodes).for_each(|(index, &node)| place[node as usize] = index);
     let limited = |&(ends, length): &([u32; 2], f32)| (ends, stretch * length);
-    let mut levels: Vec<Level> = Vec::new();
+    let mut levels: Vec<GeneralLevel> = Vec::new();
     for level in &hierarchy.levels {
         if let Some(fine) = levels.last_mut() {
             fine.parents.clone_from(&level.parents);
@@ -35,7 +35,7 @@ pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) ->
         };
         // Numbers of neighbours are near one another: a block is as long as the longest spring, in numbers.
         let longest = level.springs.iter().map(|spring| spring.0[1] - spring.0[0]).max().unwrap_or_default();
-        levels.push(Level {
+        levels.push(GeneralLevel {
             before: d.clone(),
             d,
             limits: bundles.iter().map(|bundle| bundle.limit).collect(),
@@ -48,6 +48,6 @@ pub(super) fn levels(hierarchy: &Hierarchy, cloth: &ClothRange, stretch: f32) ->
             parents: Vec::new(),
         });
     }
-    let tiles = Tiles::new(&levels[0], finest.springs.iter().map(|spring| spring.0));
+    let tiles = GeneralTiles::new(&levels[0], finest.springs.iter().map(|spring| spring.0));
     (levels, tiles, finest.nodes.iter().map(|node| cloth.first as u32 + node).collect())
 }

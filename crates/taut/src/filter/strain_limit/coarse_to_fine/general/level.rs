@@ -24,7 +24,7 @@ const NO_LIMIT: f32 = 1e18;
 const TURNED: f32 = 0.01;
 
 /// One level of a cloth.
-pub(super) struct Level {
+pub(super) struct GeneralLevel {
     /// Displacements so far [m], and inverse masses: 16 bytes that are loaded at once.
     pub d: Vec<Vec4>,
     /// Displacements before the sweeps of a cycle; what was gained by them after that.
@@ -79,7 +79,7 @@ fn in_matchings(mut left: Vec<([u32; 2], f32)>) -> Vec<([u32; 2], f32)> {
 
 /// How far a spring is pulled together.
 #[derive(Clone, Copy)]
-pub(super) struct Pull {
+pub(super) struct GeneralPull {
     /// Springs longer than this part of their greatest length are pulled to it ..
     pub aim: f32,
     /// .. along X, their direction at the start of the step, instead of X + D: only if D, what the step has turned and
@@ -89,9 +89,9 @@ pub(super) struct Pull {
     pub relaxation: f32,
 }
 
-impl Level {
+impl GeneralLevel {
     /// Projects all springs, or those of the tiles in `only`: every second block, then the others.
-    pub fn sweep(&mut self, pull: Pull, backwards: bool, only: Option<&[bool]>, pool: &Pool) {
+    pub fn sweep(&mut self, pull: GeneralPull, backwards: bool, only: Option<&[bool]>, pool: &Pool) {
         let in_parallel = pool.pays_for(self.d.len());
         let Self { d, bundles, starts, spans, block, moved, .. } = self;
         let (bundles, starts, spans, block) = (&*bundles, &*starts, &*spans, *block);
@@ -122,7 +122,7 @@ impl Level {
     }
 
     /// Takes the displacements of the finest level.
-    pub fn sample(&mut self, finest: &Level, pool: &Pool) {
+    pub fn sample(&mut self, finest: &GeneralLevel, pool: &Pool) {
         let places = &self.finest;
         for_each_two_chunks(&mut self.d, &mut self.before, pool, |first, d, before| {
             for ((d, before), &place) in d.iter_mut().zip(before).zip(&places[first..]) {
@@ -133,7 +133,7 @@ impl Level {
     }
 
     /// Adds what the coarser level gained.
-    pub fn follow(&mut self, coarse: &mut Level, pool: &Pool) {
+    pub fn follow(&mut self, coarse: &mut GeneralLevel, pool: &Pool) {
         let d = &coarse.d;
         for_each_chunk(&mut coarse.before, pool, |first, gains| {
             for (gain, d) in gains.iter_mut().zip(&d[first..]) {
@@ -158,7 +158,7 @@ struct Sweep<'a> {
     bundles: &'a [Bundle],
     starts: &'a [usize],
     spans: &'a [[u32; 2]],
-    pull: Pull,
+    pull: GeneralPull,
     backwards: bool,
     only: Option<&'a [bool]>,
 }
@@ -299,7 +299,7 @@ impl Bundle {
     /// # Safety
     /// `d`, where the first particle of the level would be, leads to all of the ends, and nobody else touches these meanwhile.
     #[inline(always)]
-    unsafe fn project(&self, d: *mut Vec4, pull: Pull) -> bool {
+    unsafe fn project(&self, d: *mut Vec4, pull: GeneralPull) -> bool {
         let place = |end: u32| d.wrapping_add(end as usize);
         let [[a, b, c, e], [f, g, h, i]] = self.ends;
         let places = [[place(a), place(b), place(c), place(e)], [place(f), place(g), place(h), place(i)]];

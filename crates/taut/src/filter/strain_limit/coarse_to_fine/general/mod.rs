@@ -18,9 +18,9 @@ use crate::contact::Obstacle;
 use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk, for_each_chunk, for_each_two_chunks, roots};
 use crate::model::{ClothRange, Hierarchy};
 use forest::Forest;
-use level::{LANES, Level, Pull};
+use level::{GeneralLevel, GeneralPull, LANES};
 use obstacles::Obstacles;
-use tiles::Tiles;
+use tiles::GeneralTiles;
 
 /// After a cycle, the few places that are still over their limit are swept alone: so many times, so many rounds.
 const LOCAL_SWEEPS: usize = 2;
@@ -35,7 +35,7 @@ const NOWHERE: u32 = u32::MAX;
 
 /// The levels of one cloth, finest first.
 pub(super) struct GeneralLevels {
-    levels: Vec<Level>,
+    levels: Vec<GeneralLevel>,
     /// The particle at each place of the finest level, and the place of each particle of the cloth: nowhere if nothing is tied to it.
     particles: Vec<u32>,
     places: Vec<u32>,
@@ -50,7 +50,7 @@ pub(super) struct GeneralLevels {
     /// Displacements as they come out [m].
     corrected: Vectors,
     /// Where the finest level is over its limit.
-    tiles: Tiles,
+    tiles: GeneralTiles,
     /// What can be solved exactly, and whether it has been in this step.
     forest: Option<Forest>,
     solved: bool,
@@ -94,13 +94,13 @@ impl GeneralLevels {
 
     /// Sweeps a coarse level. Coarse limits have their back-off in them.
     fn sweep(&mut self, index: usize, relaxation: f32, pool: &Pool) {
-        self.levels[index].sweep(Pull { aim: 1.0, at_start: true, relaxation }, self.backwards, None, pool);
+        self.levels[index].sweep(GeneralPull { aim: 1.0, at_start: true, relaxation }, self.backwards, None, pool);
         self.backwards = !self.backwards;
     }
 
     /// Sweeps the finest level, or where it is over its limit and around that.
     fn sweep_finest(&mut self, everywhere: bool, pool: &Pool) {
-        let pull = Pull { aim: 1.0 - self.deltas[0], at_start: false, relaxation: 1.0 };
+        let pull = GeneralPull { aim: 1.0 - self.deltas[0], at_start: false, relaxation: 1.0 };
         let only = (!everywhere).then(|| self.tiles.wide());
         self.levels[0].sweep(pull, self.backwards, only, pool);
         self.backwards = !self.backwards;
@@ -147,10 +147,10 @@ impl Levels for GeneralLevels {
         self.hand_out(pool);
         let (finest, coarse) = self.levels.split_at_mut(1);
         let x = &self.x;
-        let Level { bundles, finest: places, .. } = &mut finest[0];
+        let GeneralLevel { bundles, finest: places, .. } = &mut finest[0];
         for_each_chunk(bundles, pool, |_, bundles| bundles.iter_mut().for_each(|bundle| bundle.begin(x, places)));
         for level in coarse {
-            let Level { bundles, limits, finest, .. } = level;
+            let GeneralLevel { bundles, limits, finest, .. } = level;
             let back_off = self.deltas[1] * room;
             for_each_chunk(bundles, pool, |first, bundles| {
                 for (bundle, limit) in bundles.iter_mut().zip(&limits[first..]) {

@@ -6,7 +6,7 @@
 
 use glam::Vec4;
 
-use super::level::Level;
+use super::level::GeneralLevel;
 use crate::contact::Obstacle;
 
 /// Particles of a level that a row may have; those of rows with more resist nothing there, nor on coarser levels.
@@ -55,7 +55,7 @@ impl Obstacles {
     }
 
     /// Takes rows; `places` are those of the cloth's particles on the finest level.
-    pub fn set(&mut self, rows: &[Obstacle], levels: &[Level], places: &[u32]) {
+    pub fn set(&mut self, rows: &[Obstacle], levels: &[GeneralLevel], places: &[u32]) {
         self.clear();
         for index in 0..self.levels.len() {
             let (finer, here) = self.levels.split_at_mut(index);
@@ -80,8 +80,8 @@ impl Obstacles {
     }
 
     /// Takes back what a coarse level has used beyond the room of its rows.
-    pub fn resist(&self, index: usize, level: &mut Level) {
-        let Level { d, before, .. } = level;
+    pub fn resist(&self, index: usize, level: &mut GeneralLevel) {
+        let GeneralLevel { d, before, .. } = level;
         let Rows { list, kept } = &self.levels[index - 1];
         for row in kept.iter().map(|&row| &list[row as usize]) {
             let nodes = &row.nodes[..row.count];
@@ -110,7 +110,7 @@ impl Rows {
 }
 
 /// The particles that those of a level follow, with their parts of a row; none if there are too many.
-fn raise(nodes: impl Iterator<Item = (u32, f32)>, level: &Level) -> Option<Nodes> {
+fn raise(nodes: impl Iterator<Item = (u32, f32)>, level: &GeneralLevel) -> Option<Nodes> {
     let (mut above, mut count) = ([(0, 0.0); MOST], 0_usize);
     for (node, part) in nodes {
         for (parent, share) in level.parents[node as usize].iter() {
@@ -128,7 +128,7 @@ fn raise(nodes: impl Iterator<Item = (u32, f32)>, level: &Level) -> Option<Nodes
 }
 
 impl Blocked {
-    fn new((nodes, count): Nodes, normal: Vec4, room: f32, level: &Level) -> Option<Self> {
+    fn new((nodes, count): Nodes, normal: Vec4, room: f32, level: &GeneralLevel) -> Option<Self> {
         let own = &nodes[..count];
         let squares: f32 = own.iter().map(|node| node.1 * node.1).sum();
         let weight: f32 = own.iter().map(|&(node, part)| part * part * level.d[node as usize].w).sum();

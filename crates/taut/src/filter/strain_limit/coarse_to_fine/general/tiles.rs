@@ -1,7 +1,7 @@
 //! Where the finest level is over its limit: local correction, the paper's future work.
 
 use super::super::Measure;
-use super::level::Level;
+use super::level::GeneralLevel;
 use crate::geometry::Pool;
 use crate::geometry::threads::*;
 use crate::model::Adjacency;
@@ -10,7 +10,7 @@ use crate::model::Adjacency;
 pub(super) const TILE: u32 = 64;
 
 /// The tiles of a level.
-pub(super) struct Tiles {
+pub(super) struct GeneralTiles {
     /// Tiles that share a spring with each, and those that share one with these.
     neighbours: Adjacency<u32>,
     around: Adjacency<u32>,
@@ -24,9 +24,9 @@ pub(super) fn tile_of(ends: [u32; 2]) -> u32 {
     ends[0] / TILE
 }
 
-impl Tiles {
+impl GeneralTiles {
     /// The tiles of a level with these springs.
-    pub fn new(level: &Level, springs: impl Iterator<Item = [u32; 2]>) -> Self {
+    pub fn new(level: &GeneralLevel, springs: impl Iterator<Item = [u32; 2]>) -> Self {
         let count = level.moved.len();
         let mut pairs: Vec<(u32, u32)> = springs.map(|[a, b]| (a / TILE, b / TILE)).filter(|(a, b)| a != b).collect();
         pairs.sort_unstable();
@@ -48,7 +48,7 @@ impl Tiles {
 
     /// What springs are where sweeps pulled something; elsewhere they are as short as sweeps make them. Marks the tiles that are over
     /// `enough`.
-    pub fn measure(&mut self, level: &Level, enough: f32, pool: &Pool) -> Measure {
+    pub fn measure(&mut self, level: &GeneralLevel, enough: f32, pool: &Pool) -> Measure {
         let Self { around, marked, .. } = self;
         let each = |(tile, marked): (usize, &mut bool)| {
             // The ends of its springs are in the tile or in its neighbours, and springs that begin in theirs pull at them.

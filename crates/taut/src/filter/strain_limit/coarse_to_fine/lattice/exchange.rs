@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::level::Level;
+use super::level::LatticeLevel;
 use crate::geometry::{Pool, Vectors, arch};
 
 /// Rows that are exchanged together.
@@ -10,7 +10,14 @@ const BAND: usize = 32;
 
 /// Takes where a step begins and ends, relative to where the particle `middle` begins, and the displacements; `first` is the
 /// first particle of the cloth.
-pub(super) fn load(level: &mut Level, d: &mut Vectors, first: usize, middle: usize, [starts, ends]: [&Vectors; 2], pool: &Pool) {
+pub(super) fn load(
+    level: &mut LatticeLevel,
+    d: &mut Vectors,
+    first: usize,
+    middle: usize,
+    [starts, ends]: [&Vectors; 2],
+    pool: &Pool,
+) {
     let [columns, row_length] = [level.columns, level.row_length()];
     let all = 0..level.rows * row_length;
     let origin = starts.get(middle);
@@ -88,7 +95,7 @@ impl WithSimd for Sum<'_> {
 
 /// Gives the corrected ends back, and what was added to them [m].
 pub(super) fn store(
-    level: &Level,
+    level: &LatticeLevel,
     d: &Vectors,
     first: usize,
     starts: &Vectors,

@@ -23,7 +23,7 @@ pub(super) struct End<'a> {
 
 /// How far a spring is pulled together.
 #[derive(Clone, Copy)]
-pub(super) struct Pull {
+pub(super) struct LatticePull {
     /// Springs longer than this part of their greatest length R are pulled to it. A pull is a projection onto a ball, which brings no two
     /// places further apart: cloth at rest stays at rest. Springs that are pulled further than what makes them too long would jerk.
     pub aim: f32,
@@ -47,7 +47,7 @@ pub(super) struct Limits<'a> {
 
 /// Projects every spring of a run that is over its aim. Where none of a register's springs is, nothing is stored.
 #[inline(always)]
-pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limits: Limits<'_>, pull: Pull) {
+pub(super) fn project<S: Simd>(simd: S, a: End<'_>, b: End<'_>, limits: Limits<'_>, pull: LatticePull) {
     let (limit, inverse) = (lanes::<S>(limits.length), lanes::<S>(limits.inverse_square));
     let len = limit.len();
     let inverse = &inverse[..len];

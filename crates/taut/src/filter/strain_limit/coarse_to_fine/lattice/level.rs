@@ -13,8 +13,8 @@ use glam::Vec3;
 use pulp::{Simd, WithSimd};
 
 use super::super::Measure;
-use super::kernels::{BLOCK, End, Limits, Pull, project, worst};
-use super::tiles::{Tile, Tiles};
+use super::kernels::{BLOCK, End, LatticePull, Limits, project, worst};
+use super::tiles::{LatticeTiles, Tile};
 use crate::geometry::{Pool, Vectors, VectorsChunk, arch, hypot};
 
 /// Rows in a band of a sweep.
@@ -24,7 +24,7 @@ const BAND: usize = 16;
 const NO_LIMIT: f32 = 1e18;
 
 /// One level of a lattice.
-pub(super) struct Level {
+pub(super) struct LatticeLevel {
     pub columns: usize,
     pub rows: usize,
     /// Where the step begins [m].
@@ -74,7 +74,7 @@ struct Run<'a> {
     lengths: &'a Lengths,
 }
 
-impl Level {
+impl LatticeLevel {
     /// A level whose columns and rows stand at these distances from the first [m]; `stretch` is 1 + lambda.
     pub fn new(columns: &[f64], rows: &[f64], stretch: f64) -> Self {
         let (evens, odds) = (columns.len().div_ceil(2), columns.len() / 2);
@@ -133,7 +133,7 @@ impl Level {
     }
 
     /// One pass over all springs, or over those in the tiles.
-    pub fn sweep(&mut self, pull: Pull, backwards: bool, tiles: Option<&Tiles>, pool: &Pool) {
+    pub fn sweep(&mut self, pull: LatticePull, backwards: bool, tiles: Option<&LatticeTiles>, pool: &Pool) {
         let row_length = self.row_length();
         let Self { x, p, w, .. } = self;
         let layout =
@@ -158,7 +158,7 @@ impl Level {
 
     /// What all springs are, or those that the last sweep over tiles may have changed; marks the tiles that are over `enough` of
     /// their limit.
-    pub fn measure(&self, enough: f32, tiles: &mut Tiles, everywhere: bool, pool: &Pool) -> Measure {
+    pub fn measure(&self, enough: f32, tiles: &mut LatticeTiles, everywhere: bool, pool: &Pool) -> Measure {
         let (layout, p) = (self.layout(), &self.p);
         tiles.measure(everywhere, pool.pays_for(self.size()), |rows, places, tile| {
             let rows = rows.start..rows.end.min(layout.rows);
@@ -167,7 +167,7 @@ impl Level {
     }
 
     /// Calls `visit` with the particles at the ends of each spring in a marked tile that is longer than `enough` of R.
-    pub fn over(&self, enough: f32, tiles: &Tiles, visit: &mut dyn FnMut([usize; 2])) {
+    pub fn over(&self, enough: f32, tiles: &LatticeTiles, visit: &mut dyn FnMut([usize; 2])) {
         let layout = self.layout();
         for (rows, places) in tiles.marked() {
             for (row, run) in (rows.start..rows.end.min(self.rows)).flat_map(|row| (0..RUNS).map(move |run| (row, run))) {
@@ -195,9 +195,9 @@ struct SweepBand<'a> {
     p: VectorsChunk<'a>,
     w: &'a [f32],
     rows: Range<usize>,
-    pull: Pull,
+    pull: LatticePull,
     backwards: bool,
-    tiles: Option<&'a Tiles>,
+    tiles: Option<&'a LatticeTiles>,
 }
 
 impl WithSimd for SweepBand<'_> {

@@ -14,9 +14,9 @@ use crate::contact::Obstacle;
 use crate::geometry::{Pool, Vectors, arch, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
-use kernels::Pull;
-use level::Level;
-use tiles::Tiles;
+use kernels::LatticePull;
+use level::LatticeLevel;
+use tiles::LatticeTiles;
 use transfer::{Ahead, coarsened, parents, prolong, sample_ends, sample_start, sampled};
 
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
@@ -37,7 +37,7 @@ const LOCAL_ROUNDS: usize = 2;
 /// A grid's levels, finest first.
 pub(super) struct LatticeLevels {
     first: usize,
-    levels: Vec<Level>,
+    levels: Vec<LatticeLevel>,
     /// The particle that places are relative to.
     middle: usize,
     /// Where each coarse level's ends were sampled, columns in order [m].
@@ -49,7 +49,7 @@ pub(super) struct LatticeLevels {
     previous: Vectors,
     anchors: Vec<Vec<Anchor>>,
     /// Where the finest level is still over its limit.
-    tiles: Tiles,
+    tiles: LatticeTiles,
     backwards: bool,
     /// So many cycles to come are sure not to be the last.
     unmeasured: u32,
@@ -82,10 +82,10 @@ impl LatticeLevels {
             (0..weights.len()).filter(|&p| weights[p] == 0.0).map(|p| (p % columns.len(), p / columns.len())).collect();
         let stretch = 1.0 + f64::from(strain_limit);
         let (finest_columns, finest_rows) = (columns.clone(), rows.clone());
-        let mut levels: Vec<Level> = Vec::new();
+        let mut levels: Vec<LatticeLevel> = Vec::new();
         let mut anchors = Vec::new();
         loop {
-            let mut level = Level::new(&columns, &rows, stretch);
+            let mut level = LatticeLevel::new(&columns, &rows, stretch);
             for (index, &weight) in weights.iter().enumerate() {
                 let place = level.place(index % columns.len(), index / columns.len());
                 level.w[place] = weight as f32;
@@ -114,7 +114,7 @@ impl LatticeLevels {
             sampled: levels.iter().map(|level| Vectors::zeros(level.p.len())).collect(),
             previous: levels[0].p.clone(),
             d: levels[0].p.clone(),
-            tiles: Tiles::new(&levels[0]),
+            tiles: LatticeTiles::new(&levels[0]),
             levels,
             anchors,
             backwards: false,
@@ -126,7 +126,7 @@ impl LatticeLevels {
 
     fn sweep(&mut self, index: usize, pool: &Pool) {
         let aim = self.aims[index];
-        self.levels[index].sweep(Pull { aim, at_start: index >= STEADY }, self.backwards, None, pool);
+        self.levels[index].sweep(LatticePull { aim, at_start: index >= STEADY }, self.backwards, None, pool);
         self.backwards = !self.backwards;
         let (finest, coarse) = self.levels.split_at_mut(1);
         if let Some(level) = index.checked_sub(1).map(|index| &mut coarse[index]) {
@@ -191,7 +191,7 @@ impl Levels for LatticeLevels {
                 break;
             }
             self.tiles.take_neighbours();
-            let pull = Pull { aim: self.aims[0], at_start: false };
+            let pull = LatticePull { aim: self.aims[0], at_start: false };
             for _ in 0..LOCAL_SWEEPS {
                 self.levels[0].sweep(pull, self.backwards, Some(&self.tiles), pool);
                 self.backwards = !self.backwards;
@@ -219,7 +219,7 @@ impl Levels for LatticeLevels {
     }
 
     fn displacement(&self, particle: usize) -> Vec3 {
-        let Level { x, p, .. } = &self.levels[0];
+        let LatticeLevel { x, p, .. } = &self.levels[0];
         let place = self.levels[0].place_of(particle);
         p.get(place) - x.get(place)
     }
@@ -231,7 +231,7 @@ impl Levels for LatticeLevels {
     }
 
     fn settle(&mut self, pool: &Pool) {
-        let Level { x, p, .. } = &self.levels[0];
+        let LatticeLevel { x, p, .. } = &self.levels[0];
         self.d.for_each_chunk(pool, |d| {
             let run = d.first..d.first + d.x.len();
             for (d, x, p) in [(d.x, &x.x, &p.x), (d.y, &x.y, &p.y), (d.z, &x.z, &p.z)] {
@@ -284,8 +284,8 @@ fn coarse_weights(weights: &[f64], columns: usize, rows: usize) -> Vec<f64> {
 
 /// Ties the corners of a coarse cell to a held particle inside it, unless one of them is held itself.
 fn anchors_of(
-    level: &Level,
-    finest: &Level,
+    level: &LatticeLevel,
+    finest: &LatticeLevel,
     held: &[(usize, usize)],
     [columns, rows]: [&[f64]; 2],
     [all_columns, all_rows]: [&[f64]; 2],

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::super::Measure;
 use super::kernels::BLOCK;
-use super::level::Level;
+use super::level::LatticeLevel;
 use crate::geometry::threads::*;
 
 /// Rows in a band of tiles.
@@ -21,7 +21,7 @@ pub(super) struct Tile {
 }
 
 /// All tiles of a level.
-pub(super) struct Tiles {
+pub(super) struct LatticeTiles {
     bands: Vec<Tile>,
     /// What was measured in each.
     found: Vec<Measure>,
@@ -67,8 +67,8 @@ impl Tile {
     }
 }
 
-impl Tiles {
-    pub fn new(level: &Level) -> Self {
+impl LatticeTiles {
+    pub fn new(level: &LatticeLevel) -> Self {
         let bands = level.rows.div_ceil(BAND);
         let springs = level.columns.div_ceil(2).next_multiple_of(BLOCK);
         Self { bands: vec![Tile::default(); bands], found: vec![Measure::default(); bands], springs }
@@ -148,16 +148,16 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::filter::strain_limit::coarse_to_fine::lattice::kernels::Pull;
+    use crate::filter::strain_limit::coarse_to_fine::lattice::kernels::LatticePull;
     use crate::geometry::Pool;
 
     const ENOUGH: f32 = 1.0;
-    const PULL: Pull = Pull { aim: 0.99, at_start: false };
+    const PULL: LatticePull = LatticePull { aim: 0.99, at_start: false };
 
     /// A level with springs at 0.995 of their limits, but for the particles that are `moved` [m] along a row.
-    fn level([columns, rows]: [usize; 2], moved: &[(usize, usize, f32)]) -> Level {
+    fn level([columns, rows]: [usize; 2], moved: &[(usize, usize, f32)]) -> LatticeLevel {
         let places = |count: usize| (0..count).map(|place| 0.1 * place as f64).collect::<Vec<_>>();
-        let mut level = Level::new(&places(columns), &places(rows), 1.0 / 0.995);
+        let mut level = LatticeLevel::new(&places(columns), &places(rows), 1.0 / 0.995);
         for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
             let place = level.place(column, row);
             level.p.set(place, [0.1 * column as f32, 0.1 * row as f32, 0.0].into());
@@ -178,7 +178,7 @@ mod tests {
             backwards: bool,
         ) {
             let (mut level, pool) = (level(size, &moved), Pool::new(1));
-            let mut tiles = Tiles::new(&level);
+            let mut tiles = LatticeTiles::new(&level);
             let mut worst = level.measure(ENOUGH, &mut tiles, true, &pool);
             for round in 0..6 {
                 if worst.over == 0 {
@@ -187,7 +187,7 @@ mod tests {
                 tiles.take_neighbours();
                 level.sweep(PULL, backwards ^ (round % 2 == 1), Some(&tiles), &pool);
                 worst = level.measure(ENOUGH, &mut tiles, false, &pool);
-                let everywhere = level.measure(ENOUGH, &mut Tiles::new(&level), true, &pool);
+                let everywhere = level.measure(ENOUGH, &mut LatticeTiles::new(&level), true, &pool);
                 prop_assert_eq!(worst.over, everywhere.over);
                 prop_assert!(worst == everywhere || everywhere.over == 0, "{worst:?} where it was swept, {everywhere:?} everywhere");
             }

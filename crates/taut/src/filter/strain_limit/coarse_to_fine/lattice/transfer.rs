@@ -5,7 +5,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::level::Level;
+use super::level::LatticeLevel;
 use crate::geometry::{Pool, Vectors, VectorsChunk, arch};
 
 /// How many coarse columns (or rows) `count` fine ones have.
@@ -31,20 +31,26 @@ pub(super) struct Ahead<'a> {
 }
 
 /// Takes the places where a step begins from a fine level to a coarse one; `sampled` is workspace.
-pub(super) fn sample_start(fine: &Level, coarse: &mut Level, sampled: &mut Vectors, pool: &Pool) {
+pub(super) fn sample_start(fine: &LatticeLevel, coarse: &mut LatticeLevel, sampled: &mut Vectors, pool: &Pool) {
     let [columns, row_length] = [coarse.columns, coarse.row_length()];
     sample(fine, [&fine.x, &fine.x], 0.0, [&mut coarse.x, sampled], [columns, row_length], pool);
 }
 
 /// Takes the places where it ends so far, or those ahead of them; `sampled` keeps them, columns in order.
-pub(super) fn sample_ends(fine: &Level, ahead: Option<Ahead<'_>>, coarse: &mut Level, sampled: &mut Vectors, pool: &Pool) {
+pub(super) fn sample_ends(
+    fine: &LatticeLevel,
+    ahead: Option<Ahead<'_>>,
+    coarse: &mut LatticeLevel,
+    sampled: &mut Vectors,
+    pool: &Pool,
+) {
     let [columns, row_length] = [coarse.columns, coarse.row_length()];
     let (previous, momentum) = ahead.map_or((&fine.p, 0.0), |ahead| (&*ahead.previous, ahead.momentum));
     sample(fine, [&fine.p, previous], momentum, [&mut coarse.p, sampled], [columns, row_length], pool);
 }
 
 fn sample(
-    fine: &Level,
+    fine: &LatticeLevel,
     [from, previous]: [&Vectors; 2],
     momentum: f32,
     [to, sampled]: [&mut Vectors; 2],
@@ -66,7 +72,7 @@ fn sample(
 
 /// Some rows of a coarse level.
 struct Sample<'a> {
-    fine: &'a Level,
+    fine: &'a LatticeLevel,
     /// Coarse columns.
     columns: usize,
     /// Length of a coarse row in memory.
@@ -111,7 +117,13 @@ impl WithSimd for Sample<'_> {
 
 /// Adds to the fine ends, or to those ahead of them, what the coarse ones have gained since they were `sampled`; what is held stays.
 /// Overwrites `sampled`, and what was previous.
-pub(super) fn prolong(fine: &mut Level, ahead: Option<Ahead<'_>>, coarse: &Level, sampled: &mut Vectors, pool: &Pool) {
+pub(super) fn prolong(
+    fine: &mut LatticeLevel,
+    ahead: Option<Ahead<'_>>,
+    coarse: &LatticeLevel,
+    sampled: &mut Vectors,
+    pool: &Pool,
+) {
     let row_length = coarse.row_length();
     sampled.for_each_part(0..coarse.rows * row_length, BAND * row_length, pool, |sampled| {
         let first = sampled.first / row_length;
@@ -121,7 +133,7 @@ pub(super) fn prolong(fine: &mut Level, ahead: Option<Ahead<'_>>, coarse: &Level
     });
     let gains = &*sampled;
     let row_length = fine.row_length();
-    let Level { p, held, columns, rows, .. } = fine;
+    let LatticeLevel { p, held, columns, rows, .. } = fine;
     let [columns, rows] = [*columns, *rows];
     held.iter_mut().for_each(|(place, end)| *end = p.get(*place));
     let (all, length) = (0..rows * row_length, BAND * row_length);
@@ -149,7 +161,7 @@ const BAND: usize = 32;
 
 /// Some rows of gains: where coarse ends are now less where they were sampled, columns in order.
 struct Gain<'a> {
-    coarse: &'a Level,
+    coarse: &'a LatticeLevel,
     /// The first coarse row.
     first: usize,
     now: &'a [f32],
@@ -181,7 +193,7 @@ struct Prolong<'a> {
     columns: usize,
     rows: usize,
     row_length: usize,
-    coarse: &'a Level,
+    coarse: &'a LatticeLevel,
     /// The first fine row.
     first: usize,
     gains: &'a [f32],
