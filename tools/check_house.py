@@ -24,10 +24,10 @@ ENGINE_RULES: dict[str, set[str]] = {
     "integrate": {"forces", "scene", "model", "inputs", "schedule", "state", "geometry"},
     "contact": {"model", "geometry"},
     "filter": {"contact", "scene", "model", "inputs", "schedule", "state", "geometry"},
-    "health": {"model", "inputs", "state", "geometry", "forces", "filter"},
+    "diagnostics": {"model", "inputs", "state", "geometry", "forces", "filter"},
     "prepare": {"scene", "model", "inputs", "schedule", "contact"},
-    "step": {"model", "inputs", "schedule", "state", "geometry", "forces", "integrate", "filter", "health"},
-    "advance": {"model", "inputs", "schedule", "state", "health", "step"},
+    "step": {"model", "inputs", "schedule", "state", "geometry", "forces", "integrate", "filter", "diagnostics"},
+    "advance": {"model", "inputs", "schedule", "state", "diagnostics", "step"},
     "world": {"geometry", "scene", "model", "inputs", "state", "prepare", "step", "advance"},
 }
 

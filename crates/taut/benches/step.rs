@@ -57,7 +57,7 @@ fn benches(criterion: &mut Criterion) {
     });
     let (Prepared { model, schedule, .. }, state) = flag("none", Value::Null);
     let mut work = Work::new(&model, &schedule, 1);
-    group.bench_function("health", |bench| bench.iter(|| glance(&model, black_box(&state), &mut work)));
+    group.bench_function("diagnostics", |bench| bench.iter(|| glance(&model, black_box(&state), &mut work)));
     group.bench_function("plan", |bench| bench.iter(|| schedule.plan(&model, black_box(schedule.step_length))));
     for filter in ["none", "sequential", "sweeps", "coarse_to_fine"] {
         let (Prepared { model, inputs, schedule }, start) = flag(filter, gusty.clone());

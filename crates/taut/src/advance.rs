@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use glam::DVec3;
 
-use crate::health::{Glance, StateReport, StepReport, Times};
+use crate::diagnostics::{Glance, StateReport, StepReport, Times};
 use crate::inputs::Inputs;
 use crate::model::Model;
 use crate::schedule::BadLength;

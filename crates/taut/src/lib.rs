@@ -1,8 +1,8 @@
 #![doc = include_str!("../README.md")]
 // The rooms: a `scene` becomes a `model` and its first `inputs` (`prepare`); `schedule` plans a step; `forces` make the integrator propose
-// velocities; velocity filters (`filter`) make them admissible; positions advance (`integrate`); `health` tells how it went. `step::step`
-// is that sentence in code, and `world` is what programs see of it. The engine knows no files, clocks, randomness or printing, and no
-// globals but the kind of vector registers (`geometry::choose`). Mathematics and sources: docs/equations.md.
+// velocities; velocity filters (`filter`) make them admissible; positions advance (`integrate`); `diagnostics` tell how it went.
+// `step::step` is that sentence in code, and `world` is what programs see of it. The engine knows no files, clocks, randomness or
+// printing, and no globals but the kind of vector registers (`geometry::choose`). Mathematics and sources: docs/equations.md.
 
 // Units stand in brackets: [m] is no link.
 #![allow(rustdoc::broken_intra_doc_links)]
@@ -21,7 +21,7 @@ macro_rules! rooms {
     };
 }
 
-rooms! { advance contact filter forces geometry health inputs integrate model prepare schedule state step }
+rooms! { advance contact diagnostics filter forces geometry inputs integrate model prepare schedule state step }
 
 pub mod scene;
 mod world;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::diagnostics::{self, Diagnostics, Glance, StateReport, StepReport};
 use crate::filter::{self, Filter, Touching};
 use crate::forces::Forces;
 use crate::geometry::{Pool, Times, Vectors};
-use crate::health::{self, Glance, Health, StateReport, StepReport};
 use crate::inputs::{Inputs, Ramp};
 use crate::integrate::{self, Integrator, Proposal};
 use crate::model::Model;
@@ -27,7 +27,7 @@ pub struct Work {
     forces: Forces,
     integrator: Integrator,
     filter: Filter,
-    health: Health,
+    diagnostics: Diagnostics,
     pool: Arc<Pool>,
     schedule: Schedule,
     /// The last step, planned.
@@ -73,7 +73,7 @@ impl Work {
             forces: Forces::new(model),
             integrator: Integrator::new(model, &plan),
             filter: Filter::new(model, &plan),
-            health: Health::new(model),
+            diagnostics: Diagnostics::new(model),
             ends: Vectors::zeros(model.particle_count()),
             before_part: if model.contact.is_on { State::new(model) } else { State::default() },
             before: State::new(model),
@@ -303,16 +303,16 @@ fn one_step(
 
 /// A glance at a state between two steps.
 pub fn glance(model: &Model, state: &State, work: &mut Work) -> Glance {
-    let Work { health, pool, .. } = work;
-    pool.install(model.particle_count(), || health::glance(model, state, health, pool))
+    let Work { diagnostics, pool, .. } = work;
+    pool.install(model.particle_count(), || diagnostics::glance(model, state, diagnostics, pool))
 }
 
 /// Examines a state without advancing it.
 pub fn inspect(model: &Model, state: &State, inputs: &Inputs, work: &mut Work) -> StateReport {
     work.follow(model, inputs);
-    let Work { as_held, health, pool, .. } = work;
+    let Work { as_held, diagnostics, pool, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
-    pool.install(model.particle_count(), || health::inspect(model, state, inputs, health, pool))
+    pool.install(model.particle_count(), || diagnostics::inspect(model, state, inputs, diagnostics, pool))
 }
 
 /// Gravity, drag and wind on a state: the accelerations of all particles [m/s^2].
@@ -370,7 +370,7 @@ pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work)
 }
 
 /// Tension of each spring in the last step [N], of the strain limit, too: those nearest to Hooke's law that make what the step did to
-/// momentum ([`health::tensions`]). None where no step is known.
+/// momentum ([`diagnostics::tensions`]). None where no step is known.
 #[must_use]
 pub fn tensions(model: &Model, state: &State, inputs: &Inputs, work: &mut Work) -> Option<Vec<f64>> {
     let (touches, pool) = (work.filter.touching(), work.pool());
@@ -398,5 +398,5 @@ pub fn tensions(model: &Model, state: &State, inputs: &Inputs, work: &mut Work) 
             }
         }
     }
-    Some(health::tensions(model, state, &wanted))
+    Some(diagnostics::tensions(model, state, &wanted))
 }

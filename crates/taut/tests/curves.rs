@@ -3,9 +3,9 @@
 use crate::common::{self, Built, Simulation, chain_links, mesh_scene, model, network, scene_of};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
+use taut::diagnostics::StateReport;
 use taut::forces::{Forces, kick};
 use taut::geometry::{Pool, Vectors};
-use taut::health::StateReport;
 use taut::model::{MeshData, Model};
 use taut::scene::Curve;
 use taut::state::State;

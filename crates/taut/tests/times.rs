@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use crate::common::{Simulation, crooked, mesh_scene, sheet};
 use serde_json::{Value, json};
 use taut::advance::Summary;
-use taut::health::Times;
+use taut::diagnostics::Times;
 use taut::inputs::Target;
 
 /// A clock of its own for each test: they run at the same time.

@@ -98,7 +98,7 @@ impl WithSimd for AllFinite<'_> {
 
 /// Workspace: a partial result for every part, combined in their order.
 #[derive(Debug)]
-pub struct Health {
+pub struct Diagnostics {
     grids: Vec<GridSprings>,
     bands: Vec<Band>,
     /// Springs that are in no grid.
@@ -125,7 +125,7 @@ struct ParticlePart {
     non_finite: Option<u32>,
 }
 
-impl Health {
+impl Diagnostics {
     /// Workspace for a model.
     #[must_use]
     pub fn new(model: &Model) -> Self {
@@ -149,16 +149,16 @@ impl Health {
 }
 
 /// A glance between two steps: the springs alone, and no energies but where they cost nothing.
-pub fn glance(model: &Model, state: &State, health: &mut Health, pool: &Pool) -> Glance {
-    let (worst_stretch, worst_spring) = health.measure(model, state, false, pool);
+pub fn glance(model: &Model, state: &State, diagnostics: &mut Diagnostics, pool: &Pool) -> Glance {
+    let (worst_stretch, worst_spring) = diagnostics.measure(model, state, false, pool);
     Glance { worst_stretch, worst_spring, finite: all_finite(&state.positions, pool) }
 }
 
 /// Examines a state.
-pub fn inspect(model: &Model, state: &State, inputs: &Inputs, health: &mut Health, pool: &Pool) -> StateReport {
+pub fn inspect(model: &Model, state: &State, inputs: &Inputs, diagnostics: &mut Diagnostics, pool: &Pool) -> StateReport {
     let gravity = inputs.gravity.at(state.time()).as_vec3();
-    let (worst_stretch, worst_spring) = health.measure(model, state, true, pool);
-    let Health { bands, chunks, particles, free_mass, .. } = health;
+    let (worst_stretch, worst_spring) = diagnostics.measure(model, state, true, pool);
+    let Diagnostics { bands, chunks, particles, free_mass, .. } = diagnostics;
     for_each_part(particles, pool.pays_for(model.particle_count()), |chunk, part| {
         *part = particles_of(chunk, model, state, gravity)
     });
@@ -181,7 +181,7 @@ fn free_mass(model: &Model, cloth: &ClothRange) -> f64 {
     masses.filter(|(_, weight)| **weight > 0.0).map(|(mass, _)| f64::from(*mass)).sum()
 }
 
-impl Health {
+impl Diagnostics {
     /// Measures all springs: the largest |X_uv| / L - 1 over those of type 1, and the spring that has it. Bands and chunks have their
     /// elastic energy after that, if it is asked for.
     fn measure(&mut self, model: &Model, state: &State, energies: bool, pool: &Pool) -> (f64, Option<u32>) {
