@@ -12,8 +12,8 @@ use super::part::{Panel, Part};
 use super::{
     Adjacency, Bend, Bending, Bodies, Buckling, ClothRange, ContactSettings, Curvatures, Curve, CurvedLink, CurvedSprings,
     Follows, Lattice, LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind,
-    Springs, bending, curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, precision, rates, rates::Rates,
-    suits, thick, weights,
+    Springs, bending, compatibility, curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, precision, rates,
+    rates::Rates, thick, weights,
 };
 use crate::geometry::{Vectors, turn};
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source};
@@ -291,7 +291,7 @@ impl Assembly {
         let filter = scene.solver.filter;
         let of_cloths = rates::of_cloths(&self.cloths, &self.particles, &springs, &bending);
         let hierarchies = levels(filter, &mut self.cloths, &self.particles, &springs, &self.triangles, &lattices, &of_cloths);
-        self.warnings.extend(suits::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
+        self.warnings.extend(compatibility::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
         self.warnings.extend(thick::cautions(scene, &self.cloths, &springs, &self.numbering));
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));
         let listed: Vec<usize> = (0..springs.len()).filter(|index| !in_lattice(index)).collect();

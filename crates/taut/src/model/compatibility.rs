@@ -54,8 +54,8 @@ fn check_integrator(solver: &Solver, cloths: &[ClothRange]) -> Result<(), SceneE
     let name = format!("\"{}\"", solver.integrator);
     let refused = |problem: String| Err(SceneError::with_value("solver.integrator", name, problem));
     // The paper's steps 1 to 6 give velocities, and its last line makes positions of them: X + V h.
-    let suitable = matches!(solver.integrator, IntegratorKind::Euler | IntegratorKind::ImplicitEuler);
-    if solver.filter == FilterKind::Sequential && !suitable {
+    let compatible = matches!(solver.integrator, IntegratorKind::Euler | IntegratorKind::ImplicitEuler);
+    if solver.filter == FilterKind::Sequential && !compatible {
         let problem = "\"sequential\" is the paper's filter to the letter and leads to X + V h, which is not where this integrator \
                        goes; use \"euler\" or \"implicit_euler\", or another filter, such as \"coarse_to_fine\"";
         return refused(problem.to_owned());
