@@ -6,7 +6,7 @@ use std::thread;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use taut::advance::{Summary, advance_in_turns, undo};
+use taut::advance::{Failure, Summary, advance_in_turns, undo};
 use taut::geometry::for_each_part;
 
 use crate::checks::{explain, workers};
@@ -19,7 +19,20 @@ use crate::turns::{BETWEEN_LOOKS, or_error};
 /// Steps between two looks whether to go on.
 const TURN: u64 = 16;
 
-type Taken = PyResult<(Summary, f64)>;
+type Taken = Result<(Summary, f64), Untaken>;
+
+/// Why a world has not taken its steps.
+enum Untaken {
+    /// It was told to end, as another one failed or a signal came.
+    Stopped,
+    Failed(PyErr),
+}
+
+impl From<PyErr> for Untaken {
+    fn from(error: PyErr) -> Self {
+        Self::Failed(error)
+    }
+}
 
 /// See `_taut.pyi`.
 #[pyfunction]
@@ -45,7 +58,7 @@ pub fn step_all<'py>(
         result.map_err(|failure| {
             // The others may as well end.
             stop.store(true, Ordering::Relaxed);
-            explain(&world.model, failure)
+            if failure == Failure::Stopped { Untaken::Stopped } else { explain(&world.model, failure).into() }
         })
     };
     let mut taken: Vec<Option<Taken>> = worlds.iter().map(|_| None).collect();
@@ -78,14 +91,15 @@ fn finish<'py>(
     taken: Vec<Taken>,
     raised: Option<PyErr>,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
-    // Worlds that were told to end come after the one that failed.
-    let stopped = |error: &PyErr| error.value(py).to_string().starts_with("stopped on request");
-    let failed = taken.iter().enumerate().filter_map(|(world, taken)| taken.as_ref().err().map(|error| (world, error)));
-    let first = failed.min_by_key(|(_, error)| stopped(error));
+    let failed = taken.iter().enumerate().find_map(|(world, taken)| match taken {
+        Err(Untaken::Failed(error)) => Some((world, error)),
+        _ => None,
+    });
     let named =
         |(world, error): (usize, &PyErr)| PyErr::from_type(error.get_type(py), format!("world {world}: {}", error.value(py)));
-    let Some(error) = raised.or_else(|| first.map(named)) else {
-        return taken.into_iter().map(|taken| taken.and_then(|(summary, time)| report(py, &summary, time))).collect();
+    let Some(error) = raised.or_else(|| failed.map(named)) else {
+        // None is told to end unless there is such an error.
+        return taken.into_iter().flatten().map(|(summary, time)| report(py, &summary, time)).collect();
     };
     for (engine, _) in engines.iter().map(Py::get).zip(&taken).filter(|(_, taken)| taken.is_ok()) {
         engine.running.with(py, |Running { state, work, .. }| undo(&engine.model, state, work))?;
