@@ -7,8 +7,8 @@ use glam::Vec3;
 use pulp::{Simd, WithSimd};
 
 use super::arch;
-use super::{CHUNK, Pool};
 use super::threads::*;
+use super::{CHUNK, Pool};
 
 /// Many 3-vectors, stored as an array of each coordinate.
 #[derive(Debug, Clone, Default, PartialEq)]
