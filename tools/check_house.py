@@ -26,7 +26,17 @@ ENGINE_RULES: dict[str, set[str]] = {
     "filter": {"contact", "scene", "model", "inputs", "schedule", "state", "geometry"},
     "diagnostics": {"model", "inputs", "state", "geometry", "forces", "filter"},
     "prepare": {"scene", "model", "inputs", "schedule", "contact"},
-    "step": {"model", "inputs", "schedule", "state", "geometry", "forces", "integrate", "filter", "diagnostics"},
+    "step": {
+        "model",
+        "inputs",
+        "schedule",
+        "state",
+        "geometry",
+        "forces",
+        "integrate",
+        "filter",
+        "diagnostics",
+    },
     "advance": {"model", "inputs", "schedule", "state", "diagnostics", "step"},
     "world": {"geometry", "scene", "model", "inputs", "state", "prepare", "step", "advance"},
 }
