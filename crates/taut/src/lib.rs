@@ -26,6 +26,6 @@ rooms! { advance contact diagnostics filter forces geometry inputs integrate mod
 pub mod scene;
 mod world;
 
-pub use scene::{Axis, Bending, Corner, Edge, Fabric, Gust, Keyframe, Pin, SceneError, Up, Weight, Wind};
+pub use scene::{Axis, Bending, Corner, Edge, Fabric, Gust, Keyframe, Pin, SceneError, Turn, Up, Weight, Wind};
 pub use state::SnapshotError;
 pub use world::{Body, Cloth, Contact, Error, Pool, Report, World, WorldBuilder};

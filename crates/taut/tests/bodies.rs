@@ -421,7 +421,7 @@ fn motions_that_do_not_fit_are_refused() {
         (changed(|walk| walk.vertices = 0), &["has places of 0 vertices"]),
         (changed(|walk| walk.places = [].into()), &["has no frame; give at least one"]),
         (changed(|walk| walk.places = walk.places[..7].into()), &["has no frame"]),
-        (changed(|walk| walk.rate = Some(0.0)), &["has no frames per second above 0"]),
+        (changed(|walk| walk.rate = Some(0.0)), &["has 0 frames per second; must be a finite number above 0"]),
         (
             changed(|walk| walk.places = walk.places.iter().map(|place| place / (place.z - 2.0)).collect()),
             &["has vertex 4 at [NaN, NaN, inf] in frame 1; all places must be finite numbers within 1e9 m of the origin"],

@@ -75,7 +75,7 @@ fn errors_name_the_field_the_value_what_is_allowed_and_a_remedy() {
                 s["cloth"][0]["pins"][0]["turn"] = json!({ "axis": [0, 0, 1] });
                 s["cloth"][0]["pins"][0]["follow"] = json!("path.npy");
             }),
-            &["scene.cloth[0].pins[0].follow = \"path.npy\"", "a pin that follows one has neither `move` nor `turn`"],
+            &["scene.cloth[0].pins[0].follow = \"path.npy\"", "a pin that follows an array has neither `move` nor `turn`; leave"],
         ),
         (
             grid(|s| s["cloth"][0]["weights"] = json!([{ "corner": "top-right" }])),

@@ -2,48 +2,12 @@
 #![allow(missing_docs)]
 #![cfg_attr(not(all(feature = "json", feature = "threads")), allow(unused_imports))]
 
+mod facade;
+
+use facade::{FRAME, NAN, bits, frames, mesh, refused, sheet, world};
 use taut::scene::{Body as BodyOfScene, Solver, Substeps, WindLaw};
-use taut::{
-    Axis, Body, Cloth, Corner, Edge, Error, Fabric, Gust, Keyframe, Pin, Pool, Report, Up, Weight, Wind, World, WorldBuilder,
-};
+use taut::{Axis, Body, Cloth, Corner, Edge, Error, Fabric, Gust, Keyframe, Pin, Pool, Up, Weight, Wind, World, WorldBuilder};
 use xxhash_rust::xxh3::xxh3_64;
-
-const FRAME: f64 = 1.0 / 60.0;
-const NAN: f64 = f64::NAN;
-
-fn sheet() -> Cloth {
-    Cloth::grid([1.0, 1.0], [8, 8]).strain_limit(0.05).pin(Pin::edge(Edge::Top))
-}
-
-fn world() -> World {
-    World::builder().cloth(sheet()).build().expect("a world")
-}
-
-fn frames(world: &mut World, count: u32) -> Report {
-    (0..count).map(|_| world.step(FRAME).expect("stays finite")).last().expect("at least one")
-}
-
-/// The error of what must be refused; it names this.
-fn refused<T: std::fmt::Debug>(result: Result<T, Error>, name: &str) {
-    let text = result.expect_err(name).to_string();
-    assert!(text.starts_with(name), "{text:?} does not begin with {name:?}");
-}
-
-fn bits(world: &World, cloth: usize) -> Vec<[u32; 3]> {
-    let all = [world.positions(cloth), world.velocities(cloth)].map(|of| of.expect("a cloth"));
-    all.concat().into_iter().map(|vector| vector.map(f32::to_bits)).collect()
-}
-
-/// Triangles of a sheet in the plane of x and z.
-fn mesh(cells: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
-    let row = cells + 1;
-    let place = |vertex: u32| [(vertex % row) as f32 / cells as f32, 0.0, (vertex / row) as f32 / cells as f32];
-    let cell = |cell: u32| {
-        let a = cell / cells * row + cell % cells;
-        [[a, a + 1, a + row + 1], [a, a + row + 1, a + row]]
-    };
-    ((0..row * row).map(place).collect(), (0..cells * cells).flat_map(cell).collect())
-}
 
 #[cfg(feature = "json")]
 #[test]

@@ -128,8 +128,8 @@ impl Followed {
         if places.is_empty() || places.len() % vertices != 0 {
             return Err("has no frame; give at least one".to_owned());
         }
-        if rate.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
-            return Err("has no frames per second above 0".to_owned());
+        if let Some(rate) = rate.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
+            return Err(format!("has {rate} frames per second; must be a finite number above 0, such as 30"));
         }
         if let Some(place) = places.iter().position(|place| !(place.is_finite() && place.abs().max_element() <= FARTHEST)) {
             let (frame, vertex) = (place / vertices, place % vertices);

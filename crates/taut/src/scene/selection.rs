@@ -109,6 +109,23 @@ selection! {
 }
 
 impl Pin {
+    /// Turns what it holds about a straight line. What displaces it, the field `keyframes`, does so after that.
+    ///
+    /// ```
+    /// use taut::{Cloth, Edge, Pin, Turn};
+    ///
+    /// // A hanging sheet whose upper edge goes round by half a turn in 3 s.
+    /// let edge = Pin::edge(Edge::Top).turn(Turn::about([0, 0, 1], [0.5, 0.0, 1.0]).at(3.0, 180.0));
+    /// let sheet = Cloth::grid([1, 1], [16, 16]).pin(edge);
+    /// # taut::World::builder().cloth(sheet).build()?;
+    /// # Ok::<(), taut::Error>(())
+    /// ```
+    #[must_use]
+    pub fn turn(mut self, turn: Turn) -> Self {
+        self.turn = Some(turn);
+        self
+    }
+
     /// Whether it goes the same way as another, by keyframes. Arrays tell where each vertex is: no two of them are the same.
     #[must_use]
     pub fn travels_like(&self, other: &Self) -> bool {

@@ -20,6 +20,21 @@ pub struct Turn {
     pub angle: Vec<AngleKeyframe>,
 }
 
+impl Turn {
+    /// A turn about the line in a direction [1] through a point [m].
+    #[must_use]
+    pub fn about(axis: [impl Into<f64>; 3], point: [impl Into<f64>; 3]) -> Self {
+        Self { axis: axis.map(Into::into), point: point.map(Into::into), angle: Vec::new() }
+    }
+
+    /// The angle [degrees] at a time [s], later than those before. Between them, and from 0 degrees at time 0 on, it goes evenly.
+    #[must_use]
+    pub fn at(mut self, time: f64, angle: f64) -> Self {
+        self.angle.push(AngleKeyframe(time, angle));
+        self
+    }
+}
+
 /// Time [s] and angle [degrees].
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -280,11 +280,14 @@ fn check_selection(at: &str, selectors: &[Selector<'_>], cloth: &Cloth) -> Check
 
 fn check_pin(at: &str, pin: &Pin, cloth: &Cloth) -> Check {
     check_selection(at, &pin.selectors(), cloth)?;
-    if let Some(path) = &pin.follow
-        && (path.is_empty() || !pin.keyframes.is_empty() || pin.turn.is_some())
-    {
-        let problem = "must be the path of an .npy or .pc2 file, or a list of .obj files, and a pin that follows one has neither `move` nor `turn`";
-        return Err(SceneError::with_value(format!("{at}.follow"), path, problem));
+    if let Some(path) = &pin.follow {
+        let refuse = |problem: &str| Err(SceneError::with_value(format!("{at}.follow"), path, problem));
+        if path.is_empty() {
+            return refuse("must be the path of an .npy or .pc2 file, or a list of .obj files, one for each frame");
+        }
+        if pin.turn.is_some() || !pin.keyframes.is_empty() {
+            return refuse("a pin that follows an array has neither `move` nor `turn`; leave them out, or `follow`");
+        }
     }
     if let Some(turn) = &pin.turn {
         turn::check(&format!("{at}.turn"), turn)?;

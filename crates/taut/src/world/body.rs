@@ -1,8 +1,9 @@
 //! A body that is asked for.
 
 use super::cloth::mesh_of;
+use super::motion::Motion;
 use crate::model::MeshData;
-use crate::scene::{self, Capsule, Cuboid, Plane, Sphere};
+use crate::scene::{self, Capsule, Cuboid, Plane, Sphere, Turn};
 
 /// What cloth collides with.
 ///
@@ -20,13 +21,6 @@ pub struct Body {
     pub(super) asked: scene::Body,
     pub(super) mesh: Option<MeshData>,
     pub(super) motion: Option<Motion>,
-}
-
-/// Places of the vertices of a mesh, frame by frame [m], and frames per second.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Motion {
-    pub frames: Vec<Vec<[f64; 3]>>,
-    pub rate: f64,
 }
 
 impl From<scene::Body> for Body {
@@ -74,10 +68,28 @@ impl Body {
     /// Where the vertices of its mesh are in every frame in the world [m], joined by straight lines: an animation. The first frame is where
     /// the mesh is; after the last one it stays there.
     #[must_use]
-    pub fn motion<T: Copy + Into<f64>>(mut self, frames: &[Vec<[T; 3]>], frames_per_second: f64) -> Self {
-        let frames = frames.iter().map(|frame| frame.iter().map(|place| place.map(Into::into)).collect()).collect();
-        self.motion = Some(Motion { frames, rate: frames_per_second });
+    pub fn motion<T: Copy + Into<f64>>(mut self, frames: &[impl AsRef<[[T; 3]]>], frames_per_second: f64) -> Self {
+        self.motion = Some(Motion::new(frames, frames_per_second));
         self
+    }
+
+    /// How it turns about a straight line; all shapes but planes can. What displaces it, the field `keyframes`, does so after that.
+    ///
+    /// ```
+    /// use taut::{Body, Turn, World};
+    ///
+    /// // A mill that goes round once in 2 s.
+    /// let mill = Body::cuboid([0.0, 0.0, 1.0], [1.2, 0.1, 0.1]).turn(Turn::about([0, 1, 0], [0, 0, 1]).at(2.0, 360.0));
+    /// # let sheet = taut::Cloth::grid([0.2, 0.2], [2, 2]);
+    /// let mut world = World::builder().cloth(sheet).body(mill).build()?;
+    /// world.step(0.5)?;
+    /// let corner = world.body_positions(0)?[0];
+    /// assert!((corner[2] - 1.6).abs() < 1e-9, "upright after a quarter");
+    /// # Ok::<(), taut::Error>(())
+    /// ```
+    #[must_use]
+    pub fn turn(self, turn: Turn) -> Self {
+        self.with(|body| body.turn = Some(turn))
     }
 
     /// Its name in reports.

@@ -2,12 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
-
-use super::body::Motion;
 use super::cloth::mesh_of;
+use super::motion::{Motion, followers};
 use super::{Body, Cloth, Error, Pool, World};
-use crate::inputs::Followed;
 use crate::model::MeshData;
 use crate::prepare::prepare;
 use crate::scene::{Contact, FrameFiles, Scene, SceneError, Solver, Up, Wind};
@@ -17,19 +14,21 @@ use crate::scene::{Contact, FrameFiles, Scene, SceneError, Solver, Up, Wind};
 pub struct WorldBuilder {
     scene: Scene,
     meshes: BTreeMap<String, MeshData>,
-    motions: Vec<(usize, Motion)>,
+    motions: BTreeMap<String, Motion>,
     pool: Pool,
 }
 
 impl From<Scene> for WorldBuilder {
-    /// Meshes that the scene names are given with [`WorldBuilder::mesh`].
+    /// Meshes that the scene names are given with [`WorldBuilder::mesh`], arrays that its pins and bodies follow with
+    /// [`WorldBuilder::frames`].
     fn from(scene: Scene) -> Self {
         Self { scene, ..Self::default() }
     }
 }
 
 impl WorldBuilder {
-    /// The world of a scene as JSON, of which `docs/scene.schema.json` has the schema. Meshes that it names are given with [`Self::mesh`].
+    /// The world of a scene as JSON, of which `docs/scene.schema.json` has the schema. Meshes that it names are given with [`Self::mesh`],
+    /// arrays that its pins and bodies follow with [`Self::frames`].
     ///
     /// # Errors
     /// The first field that is unknown, misspelt, of the wrong type or out of range.
@@ -40,9 +39,14 @@ impl WorldBuilder {
 
     /// Adds a cloth; the first one has the number 0.
     #[must_use]
-    pub fn cloth(mut self, Cloth { mut asked, mesh }: Cloth) -> Self {
+    pub fn cloth(mut self, Cloth { mut asked, mesh, motions }: Cloth) -> Self {
+        let index = self.scene.cloth.len();
         if let Some(mesh) = mesh {
-            asked.mesh = Some(self.keep(format!("vertices of cloth {}", self.scene.cloth.len()), mesh));
+            asked.mesh = Some(self.keep(format!("vertices of cloth {index}"), mesh));
+        }
+        for (pin, motion) in motions {
+            let follow = self.keep_frames(format!("frames of cloth {index}, pin {pin}"), motion);
+            asked.pins.get_mut(pin).into_iter().for_each(|pin| pin.follow = Some(follow.clone()));
         }
         self.scene.cloth.push(asked);
         self
@@ -56,8 +60,7 @@ impl WorldBuilder {
             asked.mesh = Some(self.keep(format!("vertices of body {index}"), mesh));
         }
         if let Some(motion) = motion {
-            asked.motion = Some(FrameFiles::All(frames_of(index)));
-            self.motions.push((index, motion));
+            asked.motion = Some(self.keep_frames(format!("frames of body {index}"), motion));
         }
         self.scene.body.push(asked);
         self
@@ -70,9 +73,22 @@ impl WorldBuilder {
         self
     }
 
+    /// The array of a name that a pin of a [`Scene`] has in `follow`, or a body of it in `motion`: places of vertices, frame by frame [m],
+    /// and frames per second [1/s].
+    #[must_use]
+    pub fn frames<T: Copy + Into<f64>>(mut self, name: &str, frames: &[impl AsRef<[[T; 3]]>], frames_per_second: f64) -> Self {
+        self.keep_frames(name.to_owned(), Motion::new(frames, frames_per_second));
+        self
+    }
+
     fn keep(&mut self, name: String, mesh: MeshData) -> String {
         self.meshes.insert(name.clone(), mesh);
         name
+    }
+
+    fn keep_frames(&mut self, name: String, motion: Motion) -> FrameFiles {
+        self.motions.insert(name.clone(), motion);
+        FrameFiles::All(name)
     }
 
     /// Which axis points up; z unless it is given. Gravity points down unless it is given, too.
@@ -130,29 +146,11 @@ impl WorldBuilder {
     /// # Errors
     /// The first field that is out of range, a mesh that cannot be a cloth, a pin that matches nothing: [`Error::Scene`].
     pub fn build(self) -> Result<World, Error> {
-        let Self { scene, meshes, motions, pool } = self;
-        let followed = motions.into_iter().map(|(index, motion)| Ok((frames_of(index), followed(index, motion)?)));
-        let followed = followed.collect::<Result<_, SceneError>>()?;
+        let Self { scene, meshes, mut motions, pool } = self;
+        let given = followers(&scene).filter_map(|(at, name)| Some((at, motions.remove_entry(&name)?)));
+        let followed = given.map(|(at, (name, motion))| Ok((name, motion.array(&at)?))).collect::<Result<_, SceneError>>()?;
         let scene = scene.checked()?;
         let prepared = prepare(&scene, &meshes, &followed)?;
         Ok(World::new(prepared, scene.wind, pool))
     }
-}
-
-fn frames_of(body: usize) -> String {
-    format!("frames of body {body}")
-}
-
-/// The motion of a body as an array.
-fn followed(body: usize, Motion { frames, rate }: Motion) -> Result<Followed, SceneError> {
-    let vertices = frames.first().map_or(0, Vec::len);
-    if let Some(frame) = frames.iter().position(|frame| frame.len() != vertices) {
-        let problem = format!("must have {vertices} places as the first frame has, one for each vertex");
-        return Err(SceneError::with_value(
-            format!("body[{body}].motion[{frame}]"),
-            format!("a list of {}", frames[frame].len()),
-            problem,
-        ));
-    }
-    Ok(Followed { vertices, places: frames.into_iter().flatten().map(DVec3::from_array).collect(), rate: Some(rate) })
 }

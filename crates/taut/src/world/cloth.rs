@@ -1,5 +1,6 @@
 //! A cloth that is asked for.
 
+use super::motion::Motion;
 use crate::model::MeshData;
 use crate::scene::{self, Axis, Bending, Fabric, Grid, Network, Pin, PointMass, Weight};
 
@@ -20,12 +21,15 @@ use crate::scene::{self, Axis, Bending, Fabric, Grid, Network, Pin, PointMass, W
 pub struct Cloth {
     pub(super) asked: scene::Cloth,
     pub(super) mesh: Option<MeshData>,
+    /// The pins that follow arrays.
+    pub(super) motions: Vec<(usize, Motion)>,
 }
 
 impl From<scene::Cloth> for Cloth {
-    /// A cloth whose mesh, if it names one, is given with [`WorldBuilder::mesh`](super::WorldBuilder::mesh).
+    /// A cloth whose mesh, if it names one, is given with [`WorldBuilder::mesh`](super::WorldBuilder::mesh), and what its pins follow with
+    /// [`WorldBuilder::frames`](super::WorldBuilder::frames).
     fn from(asked: scene::Cloth) -> Self {
-        Self { asked, mesh: None }
+        Self { asked, mesh: None, motions: Vec::new() }
     }
 }
 
@@ -41,7 +45,7 @@ impl Cloth {
     /// Triangles between vertices [m]. Both keep their order.
     #[must_use]
     pub fn mesh<T: Copy + Into<f64>>(positions: &[[T; 3]], triangles: &[[u32; 3]]) -> Self {
-        Self { asked: scene::Cloth::default(), mesh: Some(mesh_of(positions, triangles)) }
+        Self { mesh: Some(mesh_of(positions, triangles)), ..scene::Cloth::default().into() }
     }
 
     /// Points [m], each of a mass [kg], and links between pairs of them: ropes and nets.
@@ -62,6 +66,28 @@ impl Cloth {
     #[must_use]
     pub fn pin(self, pin: Pin) -> Self {
         self.with(|cloth| cloth.pins.push(pin))
+    }
+
+    /// Holds vertices that follow an array: where they are in every frame in the world [m], joined by straight lines. The first frame is
+    /// where the cloth has them; after the last one they stay there. A frame has one place for each vertex, in the order in which
+    /// [`World::pinned`](super::World::pinned) tells them: those of [`Pin::vertices`] in theirs, others by rising numbers.
+    ///
+    /// ```
+    /// use taut::{Cloth, Pin, World};
+    ///
+    /// // A hanging sheet, 1 m wide, whose upper corners come 0.2 m closer in 0.1 s.
+    /// let apart = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]];
+    /// let closer = [[0.1, 0.0, 1.0], [0.9, 0.0, 1.0]];
+    /// let sheet = Cloth::grid([1, 1], [8, 8]).pin_along(Pin::vertices([72, 80]), &[apart, closer], 10.0);
+    /// let mut world = World::builder().cloth(sheet).build()?;
+    /// world.step(0.1)?;
+    /// assert!((world.positions(0)?[80][0] - 0.9).abs() < 1e-6);
+    /// # Ok::<(), taut::Error>(())
+    /// ```
+    #[must_use]
+    pub fn pin_along<T: Copy + Into<f64>>(mut self, pin: Pin, frames: &[impl AsRef<[[T; 3]]>], frames_per_second: f64) -> Self {
+        self.motions.push((self.asked.pins.len(), Motion::new(frames, frames_per_second)));
+        self.pin(pin)
     }
 
     /// Hangs a mass on vertices.

@@ -4,6 +4,7 @@ mod body;
 mod builder;
 mod cloth;
 mod error;
+mod motion;
 mod pool;
 mod report;
 mod running;
