@@ -18,13 +18,13 @@ const CHECKSUM: usize = 8;
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
-    /// Not ours at all.
+    /// Not from taut, or from a version that writes others.
     #[error("these bytes are not a taut snapshot (version 11)")]
     NotASnapshot,
-    /// Cut short or altered.
+    /// Cut short or altered since they were taken: the checksum does not fit.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
     Damaged,
-    /// Of a different scene, mesh or size.
+    /// From a simulation of other cloths, bodies or settings.
     #[error("the snapshot belongs to another scene; restore it into a simulation of the scene it was taken from")]
     OtherModel,
 }

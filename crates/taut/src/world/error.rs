@@ -8,14 +8,18 @@ use crate::scene::{SceneError, shorten};
 use crate::state::SnapshotError;
 
 /// What cannot be built, or a call that cannot be followed. The world is then as it was before.
+///
+/// Each kind prints as one sentence with a remedy. More kinds may come: match with a `_` arm.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A field of what was asked for, its value, what is allowed and a remedy. Cloths and bodies are numbered in the order in which they
-    /// were given: `scene.cloth[0].strain_limit = 1.5: must be in [1e-9, 1]; try 0.05`.
+    /// were given: `scene.cloth[0].strain_limit = 1.5: must be in [1e-9, 1]; try 0.05`. From building a world, and from setting gravity
+    /// or wind.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// An argument of a call.
+    /// An argument of a call: `vertices[2] = 700: there are 451, numbered from 0`. From all calls of a world and of a pool that take
+    /// numbers.
     #[error("{name} = {value}: {problem}")]
     Argument {
         /// Which one, such as `vertices[2]`.
@@ -25,7 +29,8 @@ pub enum Error {
         /// What is wrong, what is allowed and what to do.
         problem: String,
     },
-    /// A vertex is no longer at a finite place.
+    /// A vertex is no longer at a finite place: the forces were too strong for the step. From [`World::step`](super::World::step), and from
+    /// [`World::restore`](super::World::restore) where bytes were made up.
     #[error(
         "cloth[{cloth}], vertex {vertex}: no longer at a finite place after the step to {time:.6} s; the world is as it was before; look \
          for huge speeds, winds or stiffnesses"
@@ -38,7 +43,7 @@ pub enum Error {
         /// End of the step in which it happened [s].
         time: f64,
     },
-    /// Bytes that are no snapshot of this world.
+    /// Bytes that are no snapshot of this world. From [`World::restore`](super::World::restore).
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
 }
