@@ -11,10 +11,11 @@ from contact.contenders import CONTENDERS
 from engines import ENGINES, TAUT
 from harness import Job, serve
 from judge import Reference, reference_of, trials_of, winners_of
+from listed import Listed
 from metric import Measured, measure
-from run import options
+from run import Session, options
 from search import Family, Run, Settings, Trial, attempt, cheapest, search
-from sheet import FPS, SCENES, Sheet
+from sheet import FPS, GRAVITY, SCENES, Sheet
 from store import WARM_UP, Case, Record, Store
 
 LIMITS = (0.10, 0.05, 0.01)
@@ -86,11 +87,37 @@ class TestMetric:
         frames[1:, 0, 2] -= 0.8  # a corner carries a quarter of an inner particle: 1/64 of the sheet
         assert measure(sheet, frames).peak_speed == pytest.approx(0.8 / 64 * FPS, rel=1e-5)
 
+    def test_what_falls_or_swings_gains_no_energy(self) -> None:
+        sheet, times = Sheet("one-corner", 5), np.arange(1, 41) / FPS
+        frames = still(sheet, 40)
+        frames[:, :, 2] -= (GRAVITY / 2 * times**2)[:, None]
+        assert measure(sheet, frames).gained == 0.0
+        speed, length = 2.0, 0.5  # round and round at one height: the energy of motion, less the bent chord's
+        frames = still(sheet, 40)
+        angles = speed / length * times
+        frames[:, :, :2] += length * np.stack([np.cos(angles) - 1, np.sin(angles)], axis=1)[:, None]
+        assert measure(sheet, frames).gained == pytest.approx(speed**2 / (2 * GRAVITY), rel=1e-3)
+
+    def test_energy_is_gained_by_what_rises_and_by_what_trembles(self) -> None:
+        sheet = Sheet("one-corner", 5)
+        frames = still(sheet, 3)
+        frames[1:, :, 2] += 0.3
+        assert measure(sheet, frames).gained == pytest.approx(
+            0.15 + (0.3 * FPS) ** 2 / (2 * GRAVITY), rel=1e-5
+        )
+        frames = still(sheet, 3)
+        frames[1, 6, 0] += 0.01  # an inner particle: 1/16 of the sheet, whose centre hardly moves
+        trembled = measure(sheet, frames)
+        assert trembled.gained == pytest.approx((0.01 * FPS) ** 2 / 16 / (2 * GRAVITY), rel=1e-5)
+        assert trembled.peak_speed == pytest.approx(0.01 * FPS / 16, rel=1e-5)
+
     def test_what_is_not_finite_has_no_stretch(self) -> None:
         sheet = Sheet("one-corner", 3)
         frames = still(sheet, 50)
         frames[45, 2, 1] = np.nan
-        assert measure(sheet, frames) == Measured(None, None, None, pytest.approx(0, abs=1e-6))
+        assert measure(sheet, frames) == Measured(
+            None, None, None, pytest.approx(0, abs=1e-6), pytest.approx(0, abs=1e-6)
+        )
 
     def test_a_run_that_was_too_short_has_no_worst_stretch(self) -> None:
         sheet = Sheet("one-corner", 3)
@@ -160,6 +187,19 @@ class TestSearch:
             [Family({}, "effort", 1, 8)], LIMITS, lambda settings: attempt(settings, SCENES, 0.2, frozen)
         )
         assert found(trials) == {0.10: 2, 0.05: 2, 0.01: 2}
+
+    @pytest.mark.parametrize(
+        ("motion", "gained", "kept"),
+        [(0.79, 0, False), (0.8, 0, True), (1.2, 0.02, True), (1.21, 0, False), (1.0, 0.03, False)],
+    )
+    def test_cloth_that_is_frozen_or_gains_energy_does_not_count(
+        self, motion: float, gained: float, kept: bool
+    ) -> None:
+        runs = (Run(0.01, 1.0, 1.0), Run(0.01, motion, 1.0, gained))
+        trial = Trial({}, runs, all_scenes=True)
+        assert trial.holds(0.05)
+        assert trial.keeps(0.05) is kept
+        assert trial.motions == (min(motion, 1.0), max(motion, 1.0))
 
     def test_what_blows_up_is_climbed_on_and_what_runs_out_of_time_is_not(self) -> None:
         def fragile(settings: Settings, scene: str) -> Run:
@@ -240,9 +280,11 @@ class TestSearch:
         assert not trial.keeps(0.1)
 
 
-def record(scene: str, effort: int, worst: float, cost: float, engine: str = "taut") -> Record:
-    case = Case(engine, ENGINES[engine].version, {"effort": effort}, scene, 32)
-    measured = Measured(worst, 1.0, worst, 2.0)
+def record(
+    scene: str, effort: int, worst: float, cost: float, engine: str = "taut", settings: Settings | None = None
+) -> Record:
+    case = Case(engine, ENGINES[engine].version, settings or {"effort": effort}, scene, 32)
+    measured = Measured(worst, 1.0, worst, 2.0, 0.0)
     return Record(case, [1000.0] * WARM_UP + [cost] * 10, True, 60.0, 0.5, measured, machine="abacus")
 
 
@@ -272,12 +314,12 @@ class TestStore:
         store = Store(tmp_path / "results.jsonl")
         case = record("one-corner", 1, 0.1, 0.0).case
         whole = [90.0] * WARM_UP + [10.0] * 5 + [30.0] * 5
-        store.add(Record(case, whole, True, 60.0, 0.5, Measured(0.1, 1.0, 0.1, 2.0)))
+        store.add(Record(case, whole, True, 60.0, 0.5, Measured(0.1, 1.0, 0.1, 2.0, 0.0)))
         store.add(Record(case, [70.0] * WARM_UP + [5.0] * 3, False, 1.0))
         timed = Store(tmp_path / "results.jsonl").get(case)
         assert timed is not None
         assert timed.cost == pytest.approx(20.0 / 2)
-        assert timed.measured == Measured(0.1, 1.0, 0.1, 2.0)
+        assert timed.measured == Measured(0.1, 1.0, 0.1, 2.0, 0.0)
         untimed = store.run_of(case)
         assert untimed is not None
         assert untimed.cost == pytest.approx(20.0)
@@ -355,6 +397,51 @@ class TestAdapters:
     def test_stops_when_the_cloth_blows_up(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         frames, _ = serve_job(tmp_path, monkeypatch, settings={"lost_after": 7})
         assert frames == 7
+
+
+class TestListed:
+    PAGE = """
+| CPU ms a frame | 32², 10 % |
+|---|---|
+| Jolt (WebAssembly) | 2.3 |
+
+| engine | size | limit | cheapest setting | worst stretch |
+|---|---|---|---|---|
+| Jolt (WebAssembly) | 32² | 10 % | attachments 1, compliance 1e-05, iterations 40 | 8.85 % |
+| Jolt (WebAssembly) | 32² | 5 % | attachments 1, compliance 1e-05, iterations 40 | 4.94 % |
+| Jolt (WebAssembly) | 32² | 1 % | attachments 3, compliance 0, iterations 40 | 0.75 % |
+| Jolt (WebAssembly) | 64² | 10 % | attachments 0, compliance 0, iterations 320 | 0.75 % |
+| MuJoCo flex | 32² | 10 % | steps 1, young 1500000 | 7.51 % |
+
+| engine | scene | size | setting | CPU ms (spread) |
+|---|---|---|---|---|
+| Jolt (WebAssembly) | ball | 33² | iterations 128, compliance 0 | 7.1 |
+"""
+
+    def test_settings_are_those_that_the_search_would_have_made(self, tmp_path: Path) -> None:
+        (tmp_path / "page.md").write_text(self.PAGE, encoding="utf-8")
+        listed, jolt = Listed(tmp_path / "page.md"), ENGINES["jolt"]
+        families = jolt.families(32, list(LIMITS))
+        expected: Settings = {"attachments": 1, "compliance": 1e-5, "iterations": 40}
+        assert listed.free(jolt.title, 32, families) == [expected]  # once, and none of an unknown family
+        assert listed.free("Jolt", 32, families) == []
+        tried: list[Settings] = [{"iterations": n, "compliance": 0.0} for n in (64, 128)]
+        assert listed.contact(jolt.title, "ball", 33, tried) == tried[1:]
+        assert listed.contact(jolt.title, "heap", 33, tried) == []
+
+    def test_they_are_run_instead_of_a_search(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        (tmp_path / "page.md").write_text(self.PAGE, encoding="utf-8")
+        arguments = ["--engines", "jolt", "--listed", str(tmp_path / "page.md"), "--out", str(tmp_path)]
+        session = Session(options(arguments))
+
+        def run(command: list[str], case: Case, environment: Path, seconds: float) -> Record:
+            return record(case.scene, 1, 0.05, 1.0, "jolt", case.settings)
+
+        monkeypatch.setattr("runner.run", run)
+        monkeypatch.setattr(session, "command", lambda engine: ["jolt"])
+        trials = session.search(ENGINES["jolt"], 32, Reference({scene: 2.0 for scene in SCENES}))
+        assert [trial.settings["iterations"] for trial in trials] == [40]
+        assert trials[0].keeps(0.05)
 
 
 def test_the_command_line_reads_lists() -> None:

@@ -10,13 +10,14 @@ from taut import Scene, Simulation
 
 import taut_contact
 from contact import report
-from contact.choose import LIMIT, MOTION, Verdict, best, judge
+from contact.choose import LIMIT, Verdict, best, judge
 from contact.contenders import CONTENDERS, FINE, OURS, Contender
 from contact.oracle import INSET, Oracle, Touch, depth, icosphere, surface
 from contact.results import Outcome, Results
 from contact.scenes import CONTACT_SCENES, FRAMES, FRICTION, THICKNESS, Ball, Box, ContactSheet, Floor
 from contact.session import ContactSession, fair_share
 from harness import Job, serve
+from search import MOTION
 from store import WARM_UP, Case
 
 EDGE = np.array([[0, 1]])
@@ -222,7 +223,10 @@ class TestChoice:
             ({"worst": LIMIT + 0.01}, ("stretch",)),
             ({"wrong": 1}, ("intersections",)),
             ({"falls": [0.0] * 10}, ("motion",)),
-            ({"falls": [2.0] * 10}, ("motion",)),
+            ({"falls": [0.79] * 10}, ("motion",)),
+            ({"falls": [0.81] * 10}, ()),
+            ({"falls": [1.19] * 10}, ()),
+            ({"falls": [1.21] * 10}, ("motion",)),
             ({"error": "the cloth blew up", "wrong": 3}, ("failed", "intersections")),
             ({"frames": 0, "falls": []}, ("failed",)),
         ],

@@ -23,7 +23,8 @@ class Engine:
     families: Callable[[int, list[float]], list[Family]]
     """Families of settings for a size and the limits sought, the most promising first."""
     packages: tuple[str, ...] = ()
-    """Pinned packages, from npm for an ``.mjs`` adapter, else from PyPI; none: the project's environment."""
+    """Pinned packages, from npm for an ``.mjs`` adapter, from crates.io for a ``Cargo.toml``, else from PyPI;
+    none: the project's environment."""
     python: str = ""
     """The Python version that the packages need, such as "3.11"; empty: the one that runs this."""
 
@@ -88,6 +89,20 @@ def _newton(size: int, limits: list[float]) -> list[Family]:
     ]
 
 
+def _rapier(size: int, limits: list[float]) -> list[Family]:
+    """Edges as stiff as they come: a frequency over that of the substeps makes them rigid, as its guide says."""
+    return [Family({"passes": n, "frequency": 1e6}, "substeps", size // 2, 2048) for n in (1, 4, 16)]
+
+
+def _rapier_cloth(size: int, limits: list[float]) -> list[Family]:
+    """Its default of 8 iterations a substep, fewer and more; hard edges come with long range bounds."""
+    tried = [(8, 0.0), (8, 1e-7), (2, 1e-7), (32, 0.0), (2, 0.0)]
+    return [
+        Family({"iterations": n, "compliance": compliance}, "substeps", max(4, size // 4 // n), 2048 // n)
+        for n, compliance in tried
+    ]
+
+
 TAUT = Engine("taut", "taut", "taut_cloth.py", _taut)
 
 PEERS = [
@@ -96,6 +111,10 @@ PEERS = [
     Engine("pypbd", "pyPBD (XPBD)", "pypbd_cloth.py", _pypbd, ("pyPBD==2.2.2", "numpy==1.26.4"), "3.11"),
     Engine(
         "blender", "Blender cloth", "blender_cloth.py", _blender, ("bpy==4.5.15", "numpy==1.26.4"), "3.11"
+    ),
+    Engine("rapier", "Rapier", "rapier_cloth.py", _rapier, ("rapier3d==0.36.1", "numpy==2.3.5")),
+    Engine(
+        "rapier-cloth", "rapier-cloth", "rapier_cloth/Cargo.toml", _rapier_cloth, ("rapier-cloth==0.3.0",)
     ),
     Engine("newton", "Newton (CPU)", "newton_cloth.py", _newton, ("newton==1.8.0", "warp-lang==1.19.0")),
 ]

@@ -10,6 +10,8 @@ from pathlib import Path
 from engines import RUNNING_PYTHON, Engine
 
 ADAPTERS = Path(__file__).resolve().parent / "adapters"
+TOOLS = {"node": "Node.js 20 or newer", "npm": "Node.js 20 or newer", "cargo": "Rust 1.90 or newer"}
+"""Programs that some engines need, and what they are part of."""
 
 
 class UnavailableError(Exception):
@@ -32,6 +34,8 @@ def prepare(engine: Engine, folder: Path) -> list[str]:
     adapter = str(ADAPTERS / engine.adapter)
     if not engine.packages:
         return [sys.executable, adapter]
+    if adapter.endswith(".toml"):
+        return [_build(engine, adapter, folder)]
     stamp = folder / "installed.json"
     wanted = json.dumps([engine.python, *engine.packages])
     if not stamp.exists() or stamp.read_text() != wanted:
@@ -41,6 +45,14 @@ def prepare(engine: Engine, folder: Path) -> list[str]:
         (_install_npm if adapter.endswith(".mjs") else _install_pip)(engine, folder)
         stamp.write_text(wanted)
     return [_tool(engine, "node") if adapter.endswith(".mjs") else str(_python_in(folder)), adapter]
+
+
+def _build(engine: Engine, manifest: str, folder: Path) -> str:
+    """Build an adapter that is a program in Rust; `cargo` knows itself what is built already."""
+    folder.mkdir(parents=True, exist_ok=True)
+    options = ["--quiet", "--release", "--locked", "--manifest-path", manifest, "--target-dir", str(folder)]
+    _run(engine, [_tool(engine, "cargo"), "build", *options], folder)
+    return str(folder / "release" / f"{engine.name}-adapter")
 
 
 def _install_npm(engine: Engine, folder: Path) -> None:
@@ -63,9 +75,7 @@ def _python_in(folder: Path) -> Path:
 def _tool(engine: Engine, name: str) -> str:
     path = shutil.which(name)
     if path is None:
-        raise UnavailableError(
-            f"{engine.title} is left out: it needs `{name}` (Node.js 20 or newer) on the PATH."
-        )
+        raise UnavailableError(f"{engine.title} is left out: it needs `{name}` ({TOOLS[name]}) on the PATH.")
     return path
 
 

@@ -21,10 +21,12 @@ class Reference:
         """What a record means."""
         measured = record.measured
         peak_speed = 0.0 if measured is None else measured.peak_speed
+        gained = 0.0 if measured is None else measured.gained
         return Run(
             worst=None if measured is None else measured.worst,
             motion=peak_speed / self.peak_speeds[record.case.scene],
             cost=record.cost,
+            gained=gained,
             complete=record.complete,
             out_of_time=not record.complete and record.error is None,
         )

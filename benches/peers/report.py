@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from engines import PEERS, TAUT, Engine
 from judge import Reference, timed, trials_of, winners_of
-from search import LEAST_MOTION, Settings, Trial
+from search import MOST_GAINED, MOTION, Trial, words
 from store import Record, Store
 
 PAGE, PICTURE = "peers.md", "pictures/peers.png"
@@ -31,7 +31,10 @@ def line(record: Record) -> str:
         if record.complete
         else f"; given up after {len(record.cpu_ms)} frames, {record.seconds:.0f} s would not do"
     )
-    return f"{head}; stretch {stretch}, peak speed {record.measured.peak_speed:.2f} m/s{end}"
+    return (
+        f"{head}; stretch {stretch}, peak speed {record.measured.peak_speed:.2f} m/s, "
+        f"energy gained {100 * record.measured.gained:.1f} %{end}"
+    )
 
 
 Winner = tuple[Trial, float]
@@ -99,7 +102,7 @@ def _settings(board: Board, limits: Sequence[float]) -> list[str]:
     for (name, size), winners in board.items():
         for limit, (trial, _) in winners.items():
             cells = [names[name], f"{size}²", f"{100 * limit:g} %", words(trial.settings)]
-            cells += [f"{100 * (trial.worst or 0):.2f} %", f"{100 * trial.motion:.0f} %"]
+            cells += [f"{100 * (trial.worst or 0):.2f} %", _range(*trial.motions)]
             rows.append("| " + " | ".join(cells) + " |")
     return rows
 
@@ -113,16 +116,14 @@ def _circumstances(store: Store, reference: Reference) -> str:
     speeds = ", ".join(f"{scene} {speed:.2f} m/s" for scene, speed in reference.peak_speeds.items())
     return (
         f"Measured on {store.machine}. {'; '.join(packages)}. Peak speed of the reference's centre of mass: "
-        f"{speeds}; a setting counts from {100 * LEAST_MOTION:.0f} % of it in both scenes."
+        f"{speeds}; a setting counts within {100 * MOTION[0]:.0f} to {100 * MOTION[1]:.0f} % of it in both "
+        f"scenes, and if it gains at most {100 * MOST_GAINED:.0f} % of energy."
     )
 
 
-def words(settings: Settings) -> str:
-    """Settings as a list."""
-    return ", ".join(
-        f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
-        for key, value in settings.items()
-    )
+def _range(low: float, high: float) -> str:
+    least, most = f"{100 * low:.0f}", f"{100 * high:.0f}"
+    return f"{least} %" if least == most else f"{least} to {most} %"
 
 
 def figures(value: float) -> str:

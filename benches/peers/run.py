@@ -19,6 +19,7 @@ from contact.session import ContactSession
 from engines import ENGINES, REFERENCE, TAUT, Engine
 from environments import UnavailableError, prepare
 from judge import REFERENCE_SIZE, Reference, reference_of, trials_of, winners_of
+from listed import Listed
 from search import Run, Settings, Trial, attempt, search
 from sheet import SCENES
 from store import Case, Record, Store
@@ -48,6 +49,7 @@ class Session:
         self.sizes: list[int] = options.sizes or list(SIZES)
         self.limits: list[float] = options.limits
         self.budget: float = options.budget
+        self._listed: Listed | None = options.listed
         self._out: Path = options.out
         self.store = Store(self._out / "results.jsonl")
         self._commands: dict[str, list[str] | None] = {}
@@ -104,7 +106,11 @@ class Session:
         def attempt_all(settings: Settings) -> Trial | None:
             return attempt(settings, SCENES, HOPELESS * max(self.limits), run)
 
-        return search(engine.families(size, self.limits), self.limits, attempt_all)
+        families = engine.families(size, self.limits)
+        if self._listed is not None:
+            settings = self._listed.free(engine.title, size, families)
+            return [trial for setting in settings if (trial := attempt_all(setting)) is not None]
+        return search(families, self.limits, attempt_all)
 
     def retime(self, seconds: float, reference: Reference) -> None:
         """Time taut's runs and all winners again; the peers' together in about this long."""
@@ -161,6 +167,12 @@ def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "--retime-seconds", type=float, default=200.0, help="how long that takes for the peers"
     )
+    parser.add_argument(
+        "--listed",
+        type=lambda path: Listed(Path(path)),
+        metavar="PAGE",
+        help="do not search, but run the settings that a page like docs/peers.md lists",
+    )
     parser.add_argument("--report", action="store_true", help="only write the table and the plot again")
     parser.add_argument(
         "--out", type=Path, default=ROOT / "out" / "peers", help="folder of results and environments"
@@ -201,7 +213,7 @@ def _free(asked: argparse.Namespace) -> None:
 
 def _contact(asked: argparse.Namespace) -> None:
     """The same with contact, without a plot."""
-    session = ContactSession(asked.engines, asked.sizes, asked.contact_seconds, asked.out)
+    session = ContactSession(asked.engines, asked.sizes, asked.contact_seconds, asked.out, asked.listed)
     if asked.retime:
         session.retime(asked.retime_seconds)
     elif not asked.report:

@@ -12,10 +12,21 @@ Settings = dict[str, Value]
 
 ROUNDING = 1e-4
 """Stretch over the limit that counts as kept [1]: 32-bit positions of a fine cloth resolve no less."""
-LEAST_MOTION = 0.8
-"""Share of the reference's peak speed that a cloth must reach [1]; without this rule frozen cloth wins."""
+MOTION = (0.8, 1.2)
+"""Shares of the reference's motion between which a cloth counts [1]: with less it is frozen, with more it
+gains energy or slides off. Without contact the motion is the peak speed, with contact the way fallen."""
+MOST_GAINED = 0.02
+"""Energy that a cloth may gain [1], see :attr:`metric.Measured.gained`."""
 REFINEMENTS = 2
 """Times that the gap between a failure and a success is halved; two leave at most 1.25 times the least."""
+
+
+def words(settings: Settings) -> str:
+    """Settings as a list."""
+    return ", ".join(
+        f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in settings.items()
+    )
 
 
 @dataclass(frozen=True)
@@ -44,6 +55,8 @@ class Run:
     """Peak speed of the centre of mass over the reference's [1]."""
     cost: float
     """CPU time of a frame [ms]."""
+    gained: float = 0.0
+    """Energy gained, see :attr:`metric.Measured.gained` [1]."""
     complete: bool = True
     """Whether it reached the last frame."""
     out_of_time: bool = False
@@ -54,8 +67,9 @@ class Run:
         return self.complete and self.worst is not None and self.worst <= limit + ROUNDING
 
     def keeps(self, limit: float) -> bool:
-        """Whether that is so and it moved: whether it is admissible at this limit."""
-        return self.holds(limit) and self.motion >= LEAST_MOTION
+        """Whether that is so and it moved as it should: whether it is admissible at this limit."""
+        low, high = MOTION
+        return self.holds(limit) and low <= self.motion <= high and self.gained <= MOST_GAINED
 
 
 @dataclass(frozen=True)
@@ -79,9 +93,10 @@ class Trial:
         return max(stretches) if len(stretches) == len(self.runs) else None
 
     @property
-    def motion(self) -> float:
-        """Least motion over the scenes [1]."""
-        return min(run.motion for run in self.runs)
+    def motions(self) -> tuple[float, float]:
+        """Least and most motion over the scenes [1]."""
+        motions = [run.motion for run in self.runs]
+        return min(motions), max(motions)
 
     def holds(self, limit: float) -> bool:
         """Whether no edge went over this limit in any scene."""
@@ -190,7 +205,7 @@ def _stalled(climb: Sequence[Trial]) -> bool:
 
 def _freezes(climb: Sequence[Trial]) -> bool:
     """Whether the last step of a climb lost motion and has too little of it."""
-    return len(climb) > 1 and climb[-1].motion < min(LEAST_MOTION, climb[-2].motion)
+    return len(climb) > 1 and climb[-1].motions[0] < min(MOTION[0], climb[-2].motions[0])
 
 
 def _middles(
@@ -199,7 +214,7 @@ def _middles(
     """Efforts between the first success and the failure below it, where their cost could win a limit.
 
     A success either keeps a limit, or holds its stretch but has lost its motion: there may be a window
-    between too soft and frozen.
+    between too soft and frozen, or between too soft and what gains energy.
     """
     middles: set[int] = set()
     for limit in limits:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 FPS = 60
 """Frames per second."""
+GRAVITY = 9.81
+"""In every engine [m/s^2]."""
 FRAMES = 300
 """Frames of a full run: 5 s."""
 DENSITY = 0.2

@@ -5,13 +5,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from contact.results import Outcome
-from search import ROUNDING
+from search import MOTION, ROUNDING
 
 LIMIT = 0.05
 """Stretch to be kept [1]."""
-MOTION = (0.8, 1.25)
-"""Shares of the reference's fall between which a cloth counts as one that drapes [1]; with less it hovers or
-is frozen, with more it slid off or fell through."""
 
 
 @dataclass(frozen=True)

@@ -106,15 +106,11 @@ FINE = replace(
 )
 """What the motion is compared with."""
 
-RAPIER = Engine(
-    "rapier", "Rapier", "rapier_contact.py", lambda size, limits: [], ("rapier3d==0.36.1", "numpy==2.3.5")
-)
-
 _MUJOCO = _contender(ENGINES["mujoco"], "mujoco_contact.py", _mujoco("ipc"))
 
 CONTENDERS = [
     OURS,
-    _contender(RAPIER, "rapier_contact.py", _rapier),
+    _contender(ENGINES["rapier"], "rapier_contact.py", _rapier),
     replace(_MUJOCO, name="mujoco-ipc", title="MuJoCo flex, `ipc`", lacks="no friction"),
     replace(_MUJOCO, name="mujoco-native", title="MuJoCo flex, native contact", settings=_mujoco("native")),
     replace(_contender(ENGINES["newton"], "newton_contact.py", _newton), sizes=SLOW_SIZES),

@@ -5,11 +5,12 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from contact.choose import LIMIT, MOTION, Verdict
+from contact.choose import LIMIT, Verdict
 from contact.contenders import Contender
 from contact.results import Outcome, Results
 from contact.scenes import FRAMES, FRICTION, THICKNESS
-from report import figures, words
+from report import figures
+from search import MOTION, words
 from sheet import FPS
 
 PAGE = "peers.md"

@@ -10,6 +10,7 @@ from contact.contenders import CONTENDERS, FINE, Contender
 from contact.results import Outcome, Results
 from contact.scenes import CONTACT_SCENES
 from environments import UnavailableError, prepare
+from listed import Listed
 from search import Settings
 
 REFERENCE_SECONDS = 1800.0
@@ -24,7 +25,12 @@ class ContactSession:
     """What was asked for, and its results."""
 
     def __init__(
-        self, engines: Sequence[str], sizes: Sequence[int] | None, seconds: float, out: Path
+        self,
+        engines: Sequence[str],
+        sizes: Sequence[int] | None,
+        seconds: float,
+        out: Path,
+        listed: Listed | None = None,
     ) -> None:
         """Read the results so far.
 
@@ -33,10 +39,11 @@ class ContactSession:
             sizes: particles along an edge; None: the usual ones.
             seconds: CPU time of a run [s], if it is not over before.
             out: folder of results and environments.
+            listed: the only settings to try; None: those of the contenders.
         """
         self.results = Results(out / "contact.jsonl")
         self._asked = [contender for contender in CONTENDERS if contender.engine.name in engines]
-        self._sizes, self._seconds = sizes, seconds
+        self._sizes, self._seconds, self._listed = sizes, seconds, listed
         self._environments = out.resolve() / "env"
         self._commands: dict[str, list[str] | None] = {}
 
@@ -45,7 +52,7 @@ class ContactSession:
         for contender, scene, size in self._places(self._asked):
             reference = self._reference(scene, size)
             left = TRIES * self._seconds
-            for settings in contender.settings(size):
+            for settings in self._settings(contender, scene, size):
                 if (
                     left <= 0
                     or (outcome := self._once(contender, settings, scene, size, self._seconds)) is None
@@ -54,6 +61,11 @@ class ContactSession:
                 left -= sum(outcome.cpu_ms) / 1e3
                 if not judge(outcome, reference).broken:
                     break
+
+    def _settings(self, contender: Contender, scene: str, size: int) -> list[Settings]:
+        """What is tried."""
+        tried = contender.settings(size)
+        return tried if self._listed is None else self._listed.contact(contender.title, scene, size, tried)
 
     def retime(self, seconds: float) -> None:
         """Time all winners again, in about this long [s] together; engines take turns.
