@@ -11,9 +11,8 @@ from contact.contenders import CONTENDERS
 from engines import ENGINES, TAUT
 from harness import Job, serve
 from judge import Reference, reference_of, trials_of, winners_of
-from listed import Listed
 from metric import Measured, measure
-from run import Session, options
+from run import options
 from search import Family, Run, Settings, Trial, attempt, cheapest, search
 from sheet import FPS, GRAVITY, SCENES, Sheet
 from store import WARM_UP, Case, Record, Store
@@ -280,10 +279,8 @@ class TestSearch:
         assert not trial.keeps(0.1)
 
 
-def record(
-    scene: str, effort: int, worst: float, cost: float, engine: str = "taut", settings: Settings | None = None
-) -> Record:
-    case = Case(engine, ENGINES[engine].version, settings or {"effort": effort}, scene, 32)
+def record(scene: str, effort: int, worst: float, cost: float, engine: str = "taut") -> Record:
+    case = Case(engine, ENGINES[engine].version, {"effort": effort}, scene, 32)
     measured = Measured(worst, 1.0, worst, 2.0, 0.0)
     return Record(case, [1000.0] * WARM_UP + [cost] * 10, True, 60.0, 0.5, measured, machine="abacus")
 
@@ -397,51 +394,6 @@ class TestAdapters:
     def test_stops_when_the_cloth_blows_up(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         frames, _ = serve_job(tmp_path, monkeypatch, settings={"lost_after": 7})
         assert frames == 7
-
-
-class TestListed:
-    PAGE = """
-| CPU ms a frame | 32², 10 % |
-|---|---|
-| Jolt (WebAssembly) | 2.3 |
-
-| engine | size | limit | cheapest setting | worst stretch |
-|---|---|---|---|---|
-| Jolt (WebAssembly) | 32² | 10 % | attachments 1, compliance 1e-05, iterations 40 | 8.85 % |
-| Jolt (WebAssembly) | 32² | 5 % | attachments 1, compliance 1e-05, iterations 40 | 4.94 % |
-| Jolt (WebAssembly) | 32² | 1 % | attachments 3, compliance 0, iterations 40 | 0.75 % |
-| Jolt (WebAssembly) | 64² | 10 % | attachments 0, compliance 0, iterations 320 | 0.75 % |
-| MuJoCo flex | 32² | 10 % | steps 1, young 1500000 | 7.51 % |
-
-| engine | scene | size | setting | CPU ms (spread) |
-|---|---|---|---|---|
-| Jolt (WebAssembly) | ball | 33² | iterations 128, compliance 0 | 7.1 |
-"""
-
-    def test_settings_are_those_that_the_search_would_have_made(self, tmp_path: Path) -> None:
-        (tmp_path / "page.md").write_text(self.PAGE, encoding="utf-8")
-        listed, jolt = Listed(tmp_path / "page.md"), ENGINES["jolt"]
-        families = jolt.families(32, list(LIMITS))
-        expected: Settings = {"attachments": 1, "compliance": 1e-5, "iterations": 40}
-        assert listed.free(jolt.title, 32, families) == [expected]  # once, and none of an unknown family
-        assert listed.free("Jolt", 32, families) == []
-        tried: list[Settings] = [{"iterations": n, "compliance": 0.0} for n in (64, 128)]
-        assert listed.contact(jolt.title, "ball", 33, tried) == tried[1:]
-        assert listed.contact(jolt.title, "heap", 33, tried) == []
-
-    def test_they_are_run_instead_of_a_search(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        (tmp_path / "page.md").write_text(self.PAGE, encoding="utf-8")
-        arguments = ["--engines", "jolt", "--listed", str(tmp_path / "page.md"), "--out", str(tmp_path)]
-        session = Session(options(arguments))
-
-        def run(command: list[str], case: Case, environment: Path, seconds: float) -> Record:
-            return record(case.scene, 1, 0.05, 1.0, "jolt", case.settings)
-
-        monkeypatch.setattr("runner.run", run)
-        monkeypatch.setattr(session, "command", lambda engine: ["jolt"])
-        trials = session.search(ENGINES["jolt"], 32, Reference({scene: 2.0 for scene in SCENES}))
-        assert [trial.settings["iterations"] for trial in trials] == [40]
-        assert trials[0].keeps(0.05)
 
 
 def test_the_command_line_reads_lists() -> None:

@@ -58,6 +58,15 @@ def _rapier(size: int) -> list[Settings]:
     ]
 
 
+def _rapier_cloth(size: int) -> list[Settings]:
+    """Its defaults with contacts of whole triangles, then more substeps, then with the ways swept, too."""
+    tried = [(4, 8, 0), (16, 8, 0), (16, 8, 1)] if size <= MIDDLE else [(16, 8, 0), (16, 8, 1)]
+    return [
+        {"substeps": substeps, "iterations": iterations, "compliance": 0.0, "continuous": continuous}
+        for substeps, iterations, continuous in tried
+    ]
+
+
 def _mujoco(mode: str) -> Callable[[int], list[Settings]]:
     """The stretch is the material's, and that of a solver that is ended early: more steps help both."""
     small = [(4, 4e6, 50), (8, 4e6, 50), (8, 16e6, 100)]
@@ -111,6 +120,7 @@ _MUJOCO = _contender(ENGINES["mujoco"], "mujoco_contact.py", _mujoco("ipc"))
 CONTENDERS = [
     OURS,
     _contender(ENGINES["rapier"], "rapier_contact.py", _rapier),
+    _contender(ENGINES["rapier-cloth"], ENGINES["rapier-cloth"].adapter, _rapier_cloth),
     replace(_MUJOCO, name="mujoco-ipc", title="MuJoCo flex, `ipc`", lacks="no friction"),
     replace(_MUJOCO, name="mujoco-native", title="MuJoCo flex, native contact", settings=_mujoco("native")),
     replace(_contender(ENGINES["newton"], "newton_contact.py", _newton), sizes=SLOW_SIZES),
