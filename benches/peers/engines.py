@@ -90,7 +90,7 @@ def _newton(size: int, limits: list[float]) -> list[Family]:
 
 
 def _rapier(size: int, limits: list[float]) -> list[Family]:
-    """Edges as stiff as they come: a frequency over that of the substeps makes them rigid, as its guide says."""
+    """Edges as stiff as they come: a frequency over that of the substeps makes them rigid."""
     return [Family({"passes": n, "frequency": 1e6}, "substeps", size // 2, 2048) for n in (1, 4, 16)]
 
 

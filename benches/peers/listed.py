@@ -1,9 +1,39 @@
-"""The settings that a page like docs/peers.md lists: to run those again, elsewhere, without a search."""
+"""What a page like docs/peers.md lists: settings to be run again without a search, and figures to be kept."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from search import Family, Settings, words
+
+Row = dict[str, str]
+"""A row of a table by the titles of its columns."""
+
+
+class Earlier:
+    """What a page says already: it is kept where there are no results of an engine."""
+
+    def __init__(self, page: str) -> None:
+        """Read it."""
+        self._rows = list(_rows(page.splitlines()))
+        self.kept: dict[str, list[str]] = {}
+        """What was asked for and found: places by engine."""
+
+    def cell(self, title: str, column: str) -> str | None:
+        """The cell of an engine in an overview; None if there is none, or nothing in it."""
+        for row in self._rows:
+            if next(iter(row.values())) == title and row.get(column, "not run") != "not run":
+                self.kept.setdefault(title, []).append(column)
+                return row[column]
+        return None
+
+    def details(self, columns: Sequence[str], title: str) -> list[Row]:
+        """The rows of an engine in the table with these columns."""
+        return [row for row in self._rows if list(row) == list(columns) and row["engine"] == title]
+
+    def words(self) -> list[str]:
+        """What was kept, as a sentence; none if that is nothing."""
+        engines = [f"{title} ({', '.join(columns)})" for title, columns in self.kept.items()]
+        return [f"Kept from an earlier run: {'; '.join(engines)}."] if engines else []
 
 
 class Listed:
@@ -37,7 +67,7 @@ class Listed:
         return [row[column] for row in self._rows if column in row and wanted.items() <= row.items()]
 
 
-def _rows(lines: Iterable[str]) -> Iterator[dict[str, str]]:
+def _rows(lines: Iterable[str]) -> Iterator[Row]:
     """Rows of all tables by the titles of their columns."""
     titles: list[str] = []
     for line in lines:
@@ -46,7 +76,7 @@ def _rows(lines: Iterable[str]) -> Iterator[dict[str, str]]:
             titles = []
         elif not titles:
             titles = cells
-        else:
+        elif not set(line) <= set("|- "):
             yield dict(zip(titles, cells, strict=False))
 
 

@@ -9,11 +9,13 @@ from matplotlib.axes import Axes
 
 from engines import PEERS, TAUT, Engine
 from judge import Reference, timed, trials_of, winners_of
+from listed import Earlier
 from search import MOST_GAINED, MOTION, Trial, words
 from store import Record, Store
 
 PAGE, PICTURE = "peers.md", "pictures/peers.png"
 BEGIN, END = "<!-- results: begin -->\n", "<!-- results: end -->"
+DETAILS = ("engine", "size", "limit", "cheapest setting", "worst stretch", "motion")
 PLOTTED_SIZE = 64
 
 
@@ -46,17 +48,18 @@ Board = dict[tuple[str, int], dict[float, Winner]]
 def write(store: Store, reference: Reference, limits: Sequence[float], documents: Path) -> None:
     """Write what is known between the markers of the page, and the plot."""
     board = _board(store, reference, limits)
-    sizes = sorted({size for _, size in board})
-    lines = [
-        *_table(board, sizes, limits),
-        "",
-        *_settings(board, limits),
-        "",
-        _circumstances(store, reference),
-    ]
     page = documents / PAGE
     head, rest = page.read_text().split(BEGIN)
-    page.write_text(head + BEGIN + "\n".join(lines) + "\n" + END + rest.split(END)[1])
+    inside, rest = rest.split(END)
+    earlier = Earlier(inside)
+    lines = [
+        *_table(board, earlier, limits),
+        "",
+        *_settings(board, earlier),
+        "",
+        " ".join([_circumstances(store, reference, earlier), *earlier.words()]),
+    ]
+    page.write_text(head + BEGIN + "\n".join(lines) + "\n" + END + rest)
     print("\n".join(lines))
     _plot(store, reference, documents / PICTURE)
 
@@ -72,20 +75,30 @@ def _board(store: Store, reference: Reference, limits: Sequence[float]) -> Board
     return board
 
 
-def _table(board: Board, sizes: Sequence[int], limits: Sequence[float]) -> list[str]:
-    columns = [(size, limit) for size in sizes for limit in limits]
+def _table(board: Board, earlier: Earlier, limits: Sequence[float]) -> list[str]:
+    sizes = {size for _, size in board} | {
+        size for engine in [TAUT, *PEERS] for size in _sizes(earlier, engine)
+    }
+    columns = [(size, limit) for size in sorted(sizes) for limit in limits]
     titles = [f"{size}², {100 * limit:g} %" for size, limit in columns]
     rows = ["| CPU ms a frame | " + " | ".join(titles) + " |", "|---" * (len(columns) + 1) + "|"]
     for engine in [TAUT, *PEERS]:
-        cells = [_cell(board, engine, size, limit) for size, limit in columns]
+        cells = [
+            _cell(board, engine, *column) or earlier.cell(engine.title, title) or "not run"
+            for column, title in zip(columns, titles, strict=True)
+        ]
         rows.append(f"| {engine.title} | " + " | ".join(cells) + " |")
     return rows
 
 
+def _sizes(earlier: Earlier, engine: Engine) -> list[int]:
+    return [int(row["size"].rstrip("²")) for row in earlier.details(DETAILS, engine.title)]
+
+
 def _cell(board: Board, engine: Engine, size: int, limit: float) -> str:
-    """The cost, and for a peer how many times taut's cost that is."""
+    """The cost, and for a peer how many times taut's cost that is; empty if it was not run."""
     if (engine.name, size) not in board:
-        return "not run"
+        return ""
     if limit not in board[engine.name, size]:
         return "none found"
     _, cost = board[engine.name, size][limit]
@@ -95,23 +108,27 @@ def _cell(board: Board, engine: Engine, size: int, limit: float) -> str:
     )
 
 
-def _settings(board: Board, limits: Sequence[float]) -> list[str]:
-    titles = ["engine", "size", "limit", "cheapest setting", "worst stretch", "motion"]
-    rows = ["| " + " | ".join(titles) + " |", "|---" * len(titles) + "|"]
-    names = {engine.name: engine.title for engine in [TAUT, *PEERS]}
-    for (name, size), winners in board.items():
-        for limit, (trial, _) in winners.items():
-            cells = [names[name], f"{size}²", f"{100 * limit:g} %", words(trial.settings)]
-            cells += [f"{100 * (trial.worst or 0):.2f} %", _range(*trial.motions)]
-            rows.append("| " + " | ".join(cells) + " |")
+def _settings(board: Board, earlier: Earlier) -> list[str]:
+    rows = ["| " + " | ".join(DETAILS) + " |", "|---" * len(DETAILS) + "|"]
+    for engine in [TAUT, *PEERS]:
+        found: list[tuple[int, list[str]]] = []
+        for (name, size), winners in board.items():
+            for limit, (trial, _) in winners.items() if name == engine.name else ():
+                cells = [engine.title, f"{size}²", f"{100 * limit:g} %", words(trial.settings)]
+                cells += [f"{100 * (trial.worst or 0):.2f} %", _range(*trial.motions)]
+                found.append((size, cells))
+        for size, row in zip(_sizes(earlier, engine), earlier.details(DETAILS, engine.title), strict=True):
+            if (engine.name, size) not in board:
+                found.append((size, list(row.values())))
+        rows += ["| " + " | ".join(cells) + " |" for _, cells in sorted(found, key=lambda one: one[0])]
     return rows
 
 
-def _circumstances(store: Store, reference: Reference) -> str:
+def _circumstances(store: Store, reference: Reference, earlier: Earlier) -> str:
     packages = [
         f"{engine.title}: {', '.join(engine.packages)}"
         for engine in PEERS
-        if store.sizes(engine.name, engine.version)
+        if store.sizes(engine.name, engine.version) or earlier.details(DETAILS, engine.title)
     ]
     speeds = ", ".join(f"{scene} {speed:.2f} m/s" for scene, speed in reference.peak_speeds.items())
     return (

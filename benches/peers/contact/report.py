@@ -9,6 +9,7 @@ from contact.choose import LIMIT, Verdict
 from contact.contenders import Contender
 from contact.results import Outcome, Results
 from contact.scenes import FRAMES, FRICTION, THICKNESS
+from listed import Earlier
 from report import figures
 from search import MOTION, words
 from sheet import FPS
@@ -43,15 +44,20 @@ def write(
     documents: Path,
 ) -> None:
     """Write what is known between the markers of the page."""
-    lines = [*overview(contenders, chosen, results), "", *details(contenders, chosen, results), ""]
-    lines += [*_absent(contenders, results), _circumstances(contenders, chosen, results)]
     page = documents / PAGE
     head, rest = page.read_text().split(BEGIN)
-    page.write_text(head + BEGIN + "\n".join(lines) + "\n" + END + rest.split(END)[1])
+    inside, rest = rest.split(END)
+    earlier = Earlier(inside)
+    lines = [*overview(contenders, chosen, results, earlier), ""]
+    lines += [*details(contenders, chosen, results, earlier), "", *_absent(contenders, results)]
+    lines.append(" ".join([_circumstances(contenders, chosen, results), *earlier.words()]))
+    page.write_text(head + BEGIN + "\n".join(lines) + "\n" + END + rest)
     print("\n".join(lines))
 
 
-def overview(contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results) -> list[str]:
+def overview(
+    contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results, earlier: Earlier
+) -> list[str]:
     """The cost of each engine in each scene, and what it breaks for that."""
     columns = sorted({(scene, size) for _, scene, size in chosen}, key=lambda column: (column[1], column[0]))
     titles = ["CPU ms a frame", *(f"{scene}, {size}²" for scene, size in columns)]
@@ -59,7 +65,10 @@ def overview(contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], res
     for contender in contenders:
         name = contender.name
         unknown = "not installed" if contender.engine.name in results.missing else "not run"
-        cells = [_cell(chosen, results, (name, *column)) or unknown for column in columns]
+        cells = [
+            _cell(chosen, results, (name, *column)) or earlier.cell(contender.title, title) or unknown
+            for column, title in zip(columns, titles[1:], strict=True)
+        ]
         rows.append(_row([contender.title, *cells]))
     return rows
 
@@ -90,7 +99,9 @@ def _cell(chosen: Mapping[Key, Verdict], results: Results, key: Key) -> str:
     return f"{figures(cost)}{times}" + (f"; {', '.join(faults)}" if faults else "")
 
 
-def details(contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results) -> list[str]:
+def details(
+    contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results, earlier: Earlier
+) -> list[str]:
     """A line for each engine, size and scene."""
     titles = ["engine", "scene", "size", "setting", "CPU ms (spread)", "stretch", "frames that intersect"]
     titles += ["depth [mm]", "motion", "time [s]", "keeps all"]
@@ -106,6 +117,10 @@ def details(contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], resu
             cells += [f"{touch.itself} itself, {touch.bodies} bodies", f"{1e3 * touch.depth:.1f}"]
             cells += [f"{100 * verdict.motion:.0f} %", f"{touch.frames / FPS:.2f}"]
             rows.append(_row([*cells, "no" if verdict.broken else "yes"]))
+        known = {(scene, f"{size}²") for name, scene, size in chosen if name == contender.name}
+        for row in earlier.details(titles, contender.title):
+            if (row["scene"], row["size"]) not in known:
+                rows.append(_row(list(row.values())))
     return rows
 
 

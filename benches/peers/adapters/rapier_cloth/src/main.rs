@@ -179,7 +179,14 @@ fn enough(job: &Job, spent: &[f64]) -> bool {
     total > job.seconds && spent.len() >= job.least.unwrap_or(2 * FORESIGHT)
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() {
+    if let Err(error) = serve() {
+        eprintln!("{error}");
+        std::process::exit(1);
+    }
+}
+
+fn serve() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("rapier-cloth-adapter JOB.json")?;
     let job: Job = serde_json::from_slice(&read(path)?)?;
     let mut world = World::new(&job)?;
