@@ -189,7 +189,7 @@ class TestSearch:
 
     @pytest.mark.parametrize(
         ("motion", "gained", "kept"),
-        [(0.79, 0, False), (0.8, 0, True), (1.2, 0.02, True), (1.21, 0, False), (1.0, 0.03, False)],
+        [(0.79, 0, False), (0.8, 0, True), (1.2, 0.05, True), (1.21, 0, False), (1.0, 0.06, False)],
     )
     def test_cloth_that_is_frozen_or_gains_energy_does_not_count(
         self, motion: float, gained: float, kept: bool

@@ -15,14 +15,16 @@ class Earlier:
     def __init__(self, page: str) -> None:
         """Read it."""
         self._rows = list(_rows(page.splitlines()))
-        self.kept: dict[str, list[str]] = {}
-        """What was asked for and found: places by engine."""
+        self.kept: dict[str, set[str]] = {}
+        """What was asked for and found: sizes by engine."""
 
     def cell(self, title: str, column: str) -> str | None:
         """The cell of an engine in an overview; None if there is none, or nothing in it."""
         for row in self._rows:
             if next(iter(row.values())) == title and row.get(column, "not run") != "not run":
-                self.kept.setdefault(title, []).append(column)
+                self.kept.setdefault(title, set()).update(
+                    part for part in column.split(", ") if part.endswith("²")
+                )
                 return row[column]
         return None
 
@@ -32,7 +34,10 @@ class Earlier:
 
     def words(self) -> list[str]:
         """What was kept, as a sentence; none if that is nothing."""
-        engines = [f"{title} ({', '.join(columns)})" for title, columns in self.kept.items()]
+        engines = [
+            f"{title} ({', '.join(sorted(sizes, key=lambda size: int(size[:-1])))})"
+            for title, sizes in self.kept.items()
+        ]
         return [f"Kept from an earlier run: {'; '.join(engines)}."] if engines else []
 
 

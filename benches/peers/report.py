@@ -43,6 +43,8 @@ Winner = tuple[Trial, float]
 """The cheapest trial that keeps a limit, and its CPU time of a frame by the newest timing [ms]."""
 Board = dict[tuple[str, int], dict[float, Winner]]
 """The winners of each engine and size, by limit; without engines and sizes that were not run."""
+Tried = dict[tuple[str, int], float]
+"""CPU time of all that was tried with each engine at each size [s]."""
 
 
 def write(store: Store, reference: Reference, limits: Sequence[float], documents: Path) -> None:
@@ -53,7 +55,7 @@ def write(store: Store, reference: Reference, limits: Sequence[float], documents
     inside, rest = rest.split(END)
     earlier = Earlier(inside)
     lines = [
-        *_table(board, earlier, limits),
+        *_table(board, _tried(store), earlier, limits),
         "",
         *_settings(board, earlier),
         "",
@@ -75,7 +77,15 @@ def _board(store: Store, reference: Reference, limits: Sequence[float]) -> Board
     return board
 
 
-def _table(board: Board, earlier: Earlier, limits: Sequence[float]) -> list[str]:
+def _tried(store: Store) -> Tried:
+    return {
+        (engine.name, size): sum(run.cpu_seconds for run in store.of(engine.name, engine.version, size))
+        for engine in [TAUT, *PEERS]
+        for size in store.sizes(engine.name, engine.version)
+    }
+
+
+def _table(board: Board, tried: Tried, earlier: Earlier, limits: Sequence[float]) -> list[str]:
     sizes = {size for _, size in board} | {
         size for engine in [TAUT, *PEERS] for size in _sizes(earlier, engine)
     }
@@ -84,7 +94,7 @@ def _table(board: Board, earlier: Earlier, limits: Sequence[float]) -> list[str]
     rows = ["| CPU ms a frame | " + " | ".join(titles) + " |", "|---" * (len(columns) + 1) + "|"]
     for engine in [TAUT, *PEERS]:
         cells = [
-            _cell(board, engine, *column) or earlier.cell(engine.title, title) or "not run"
+            _cell(board, tried, engine, *column) or earlier.cell(engine.title, title) or "not run"
             for column, title in zip(columns, titles, strict=True)
         ]
         rows.append(f"| {engine.title} | " + " | ".join(cells) + " |")
@@ -95,12 +105,12 @@ def _sizes(earlier: Earlier, engine: Engine) -> list[int]:
     return [int(row["size"].rstrip("²")) for row in earlier.details(DETAILS, engine.title)]
 
 
-def _cell(board: Board, engine: Engine, size: int, limit: float) -> str:
+def _cell(board: Board, tried: Tried, engine: Engine, size: int, limit: float) -> str:
     """The cost, and for a peer how many times taut's cost that is; empty if it was not run."""
     if (engine.name, size) not in board:
         return ""
     if limit not in board[engine.name, size]:
-        return "none found"
+        return f"none found in {tried[engine.name, size]:.0f} s"
     _, cost = board[engine.name, size][limit]
     ours = board.get((TAUT.name, size), {}).get(limit)
     return (

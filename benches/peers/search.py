@@ -15,7 +15,7 @@ ROUNDING = 1e-4
 MOTION = (0.8, 1.2)
 """Shares of the reference's motion between which a cloth counts [1]: with less it is frozen, with more it
 gains energy or slides off. Without contact the motion is the peak speed, with contact the way fallen."""
-MOST_GAINED = 0.02
+MOST_GAINED = 0.05
 """Energy that a cloth may gain [1], see :attr:`metric.Measured.gained`."""
 REFINEMENTS = 2
 """Times that the gap between a failure and a success is halved; two leave at most 1.25 times the least."""

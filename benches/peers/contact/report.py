@@ -50,7 +50,7 @@ def write(
     earlier = Earlier(inside)
     lines = [*overview(contenders, chosen, results, earlier), ""]
     lines += [*details(contenders, chosen, results, earlier), "", *_absent(contenders, results)]
-    lines.append(" ".join([_circumstances(contenders, chosen, results), *earlier.words()]))
+    lines.append(" ".join([_circumstances(contenders, chosen, results, earlier), *earlier.words()]))
     page.write_text(head + BEGIN + "\n".join(lines) + "\n" + END + rest)
     print("\n".join(lines))
 
@@ -131,8 +131,10 @@ def _absent(contenders: Sequence[Contender], results: Results) -> list[str]:
     return [*(f"- {reason}" for reason in reasons), ""] if reasons else []
 
 
-def _circumstances(contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results) -> str:
-    run = {name for name, _, _ in chosen}
+def _circumstances(
+    contenders: Sequence[Contender], chosen: Mapping[Key, Verdict], results: Results, earlier: Earlier
+) -> str:
+    run = {name for name, _, _ in chosen} | {one.name for one in contenders if one.title in earlier.kept}
     packages = dict.fromkeys(
         f"{contender.engine.title}: {', '.join(contender.engine.packages) or OWN_VERSION}"
         for contender in contenders
