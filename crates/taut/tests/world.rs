@@ -3,6 +3,7 @@
 #![cfg_attr(not(all(feature = "json", feature = "threads")), allow(unused_imports))]
 
 mod facade;
+mod world_motions;
 
 use facade::{FRAME, NAN, bits, frames, mesh, refused, sheet, world};
 use taut::scene::{Body as BodyOfScene, Solver, Substeps, WindLaw};

@@ -1,10 +1,7 @@
 //! The facade: what turns and what follows arrays does as the same scene in JSON does, goes where it shall, and is checked on its way in.
-#![allow(missing_docs)]
 #![cfg_attr(not(feature = "json"), allow(unused_imports))]
 
-mod facade;
-
-use facade::{FRAME, NAN, bits, frames, mesh, refused, sheet};
+use crate::facade::{FRAME, NAN, bits, frames, mesh, refused, sheet};
 use taut::scene::AngleKeyframe;
 use taut::{Body, Cloth, Corner, Edge, Keyframe, Pin, Turn, World, WorldBuilder};
 
