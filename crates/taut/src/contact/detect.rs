@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Places;
 use super::proximity::Kind;
-use super::surfaces::Surfaces;
+use super::surfaces::{Surfaces, Thick};
 use super::tree::{Bounds, Leaf, Tree};
 use super::ways::Ways;
 use crate::geometry::{Pool, for_each_part};
@@ -36,6 +36,8 @@ pub(crate) struct Detection {
     /// their features end near enough to where they did.
     pub pairs: Vec<Pair>,
     pub further: Vec<Pair>,
+    /// Vertices of cloths that come within the wide margin of something thick on the known way, each with the number of that.
+    pub beside: Vec<(u32, u32)>,
     /// The wide margin [m], and the ends of the known way.
     margin: f64,
     ends: Vec<DVec3>,
@@ -64,6 +66,7 @@ impl Detection {
         Self {
             pairs: Vec::new(),
             further: Vec::new(),
+            beside: Vec::new(),
             margin: 0.0,
             ends: vec![DVec3::ZERO; vertices],
             certificates: 0,
@@ -89,6 +92,22 @@ impl Detection {
         let mut pairs = std::mem::take(&mut self.pairs);
         self.search(surfaces, places, self.margin, &mut pairs, pool);
         self.pairs = pairs;
+        self.find_beside(surfaces);
+    }
+
+    /// Finds the vertices that come near what is thick.
+    fn find_beside(&mut self, surfaces: &Surfaces) {
+        let Self { bounds, beside, .. } = self;
+        beside.clear();
+        for (number, thick) in (0..).zip(&surfaces.thick) {
+            let all = around(bounds, thick, surfaces.skins[thick.owner as usize].radius as f32);
+            for tree in surfaces.cloths.iter().filter(|tree| tree.is_surface()) {
+                tree.within(&all, true, |leaf| {
+                    let near = tree.vertices[range(leaf.vertices)].iter().filter(|&&vertex| all.meets(&bounds[vertex as usize]));
+                    beside.extend(near.map(|&vertex| (vertex, number)));
+                });
+            }
+        }
     }
 
     /// Finds the pairs that come within the floors of the certificate on a way with the same start. Pairs that were apart by a wider
@@ -182,7 +201,7 @@ impl Detection {
         for tree in cloths {
             for thick in thick {
                 found.margin = margin + skins[thick.owner as usize].radius;
-                found.around(tree, thick.vertices.clone(), skins[thick.owner as usize].radius as f32);
+                found.around(tree, thick, skins[thick.owner as usize].radius as f32);
             }
         }
     }
@@ -240,11 +259,10 @@ impl Found<'_> {
     }
 
     /// A thick vertex or edge, and a tree.
-    fn around(&mut self, tree: &Tree, vertices: std::ops::Range<u32>, radius: f32) {
-        let radius = radius * (1.0 + f32::EPSILON);
-        let bounds = self.bounds;
-        let grown = |vertex: u32| bounds[vertex as usize].grown(radius);
-        let all = vertices.clone().fold(Bounds::NOTHING, |all, vertex| all.and(grown(vertex)));
+    fn around(&mut self, tree: &Tree, thick: &Thick, radius: f32) {
+        let (bounds, vertices) = (self.bounds, &thick.vertices);
+        let grown = |vertex: u32| bounds[vertex as usize].grown(radius * (1.0 + f32::EPSILON));
+        let all = around(bounds, thick, radius);
         let asked = vertices.clone().any(|vertex| self.asked[vertex as usize]);
         tree.within(&all, asked, |leaf| {
             for triangle in range(leaf.triangles) {
@@ -288,6 +306,12 @@ impl Found<'_> {
             self.pairs.push(pair);
         }
     }
+}
+
+/// A box around what is thick, a little larger than its radius asks for.
+fn around(bounds: &[Bounds], thick: &Thick, radius: f32) -> Bounds {
+    let grown = |vertex: u32| bounds[vertex as usize].grown(radius * (1.0 + f32::EPSILON));
+    thick.vertices.clone().fold(Bounds::NOTHING, |all, vertex| all.and(grown(vertex)))
 }
 
 fn is_asked(asked: &[bool], pair: &Pair) -> bool {

@@ -10,6 +10,7 @@ mod near;
 mod pinched;
 mod supports;
 mod touching;
+mod vertices;
 mod wanted;
 
 use glam::{DVec3, Vec3};
@@ -19,7 +20,7 @@ use super::detect::Detection;
 use super::proximity::Closest;
 use super::surfaces::Surfaces;
 use super::untangle::Asked;
-use super::{MARGIN, NEAR, Places, floor};
+use super::{NEAR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 use crate::model::{ClothRange, Model};
 use crept::Crept;
@@ -144,33 +145,6 @@ impl Rows {
             self.add(surfaces, wanted);
         }
         self.parts = parts;
-    }
-
-    /// The same of particles in front of planes.
-    pub fn take_planes(&mut self, surfaces: &Surfaces, places: &Places) {
-        for plane in &surfaces.planes {
-            let [from, to] = [&places.x, &places.ends].map(|places| places[plane.vertex as usize]);
-            for particle in 0..surfaces.particles {
-                let owners = [surfaces.owners[particle], plane.owner];
-                let thickness = surfaces.thickness(owners);
-                let distance = plane.normal.dot(places.x[particle] - from);
-                let margin = MARGIN * thickness;
-                if distance <= margin || plane.normal.dot(places.ends[particle] - to) <= margin {
-                    let wanted = Wanted {
-                        corners: [particle as u32, plane.vertex, plane.vertex, plane.vertex],
-                        parts: [1.0, -1.0, 0.0, 0.0],
-                        split: 1,
-                        owners,
-                        normal: plane.normal,
-                        distance,
-                        thickness,
-                        target: places.target(thickness, distance),
-                        carried: DVec3::ZERO,
-                    };
-                    self.add(surfaces, &wanted);
-                }
-            }
-        }
     }
 
     /// Makes rows of what brings intersecting things apart, without friction.

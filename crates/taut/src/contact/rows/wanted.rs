@@ -8,6 +8,7 @@ use super::super::surfaces::{Owner, Surfaces};
 use super::super::ways::Ways;
 use super::super::{MARGIN, MARGIN_OF_EDGES, NEAR, Places};
 use super::NONE;
+use super::vertices::stand_for;
 
 /// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
 const NEARER: f64 = 0.25;
@@ -55,6 +56,11 @@ impl Wanted {
         let closest = Closest::new(kind, &x);
         let length = closest.way.length();
         if kind == Kind::EdgeEdge && is_stood_for(surfaces, owners, &closest) {
+            return None;
+        }
+        // What is thick comes first.
+        let has_vertices = surfaces.skins[owners[0] as usize].radius > 0.0 && surfaces.skins[owners[1] as usize].is_surface;
+        if has_vertices && stand_for((split..4).filter(|&end| closest.parts[end] != 0.0).map(|end| x[end]), radius, thickness) {
             return None;
         }
         let normal = if length > 0.0 { closest.way / length } else { across(surfaces, owners, x)? };

@@ -162,6 +162,13 @@ impl Tangle {
         }
     }
 
+    /// The same of vertices beside what is thick, each with the number of that.
+    pub fn spare_sunk(&self, surfaces: &Surfaces, beside: &mut Vec<(u32, u32)>) {
+        if self.is_on {
+            beside.retain(|&(vertex, thick)| !self.is_sunk(vertex, surfaces.thick[thick as usize].owner));
+        }
+    }
+
     fn is_spared(&self, surfaces: &Surfaces, pair: &Pair) -> bool {
         let (one, other) = pair.corners.split_at(pair.kind.split());
         let in_zone = |feature: &[u32]| feature.iter().any(|&corner| self.zone[corner as usize]);

@@ -108,8 +108,6 @@ const ONWARD: f64 = 0.9;
 const SLOWER: f32 = 0.8;
 const FASTER: f32 = 1.5;
 const LEAST_WAY: f32 = 0.02;
-/// .. and where bodies that move push cloth, so that it does not lag behind when they set off.
-const LEAST_WAY_IF_LED: f32 = 0.2;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 

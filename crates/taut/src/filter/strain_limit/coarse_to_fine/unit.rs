@@ -296,7 +296,7 @@ impl Unit {
     /// Leaves a part of its way out where cloth lies on something, of whose proposed energy `left_of_energy` is left, and its ways
     /// turn back on each other. Each step is then the mean of staying and of going where the limit and the rows lead; what no
     /// projection brings further apart comes to rest so [Krasnoselskii55], where going all the way it may turn for ever. What `is_led`
-    /// by bodies is not to stay behind.
+    /// by bodies that move has no brake: it would take the speed from cloth that they set going.
     pub fn brake(
         &self,
         stride: Stride<'_>,
@@ -307,10 +307,10 @@ impl Unit {
         descent: &Descent,
     ) {
         let step = stride.plan.length as f32;
-        let lying = descent.frame.filter(|_| left_of_energy < ENERGY_IN_CONTACT);
+        let lying = descent.frame.filter(|_| !is_led && left_of_energy < ENERGY_IN_CONTACT);
         let brake = lying.map_or(0.0, |frame| {
             let onward = self.coherence(stride.model, state, ends, frame, step);
-            brake_from_now(descent.brake, onward, if is_led { LEAST_WAY_IF_LED } else { LEAST_WAY })
+            brake_from_now(descent.brake, onward)
         });
         state.calm[self.index].brake = brake;
         let Some(frame) = lying.filter(|_| brake > 0.0) else { return };
@@ -407,15 +407,15 @@ fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
 }
 
 /// The part that cloth which lies on something leaves out of a way which goes on as the last one did (1), or back (-1), after `brake` in
-/// the last step; it goes `least` of it.
-fn brake_from_now(brake: f32, onward: f64, least: f32) -> f32 {
+/// the last step.
+fn brake_from_now(brake: f32, onward: f64) -> f32 {
     let goes = 1.0 - brake;
     let goes = match onward {
         _ if onward < TURNED => goes * SLOWER,
         _ if onward > ONWARD => (goes * FASTER).min(1.0),
         _ => goes,
     };
-    1.0 - goes.max(least)
+    1.0 - goes.max(LEAST_WAY)
 }
 
 /// The room of coarse levels in the next step, after one with `room` whose limit left such a part of its kinetic energy.
