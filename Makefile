@@ -34,7 +34,7 @@ lint: lint-rust lint-python
 # rustfmt sees every file: the modules that a macro in lib.rs declares are hidden from cargo fmt.
 lint-rust:
 	cargo fmt --check
-	rustfmt --check --edition 2024 $(filter %.rs,$(RUST_SOURCES))
+	@rustfmt --check --edition 2024 $(filter %.rs,$(RUST_SOURCES))
 	cargo clippy --quiet --all-targets -- --deny warnings
 
 lint-python: setup
