@@ -10,6 +10,7 @@ from taut.scene import find_scene
 from tools.targets.contact.drapes import stage
 from tools.targets.contact.friction import slides, slope
 from tools.targets.contact.judge import Oracle, distance
+from tools.targets.contact.scenes import ball, sheet
 from tools.targets.table import FULL
 
 
@@ -195,3 +196,18 @@ def test_cloth_on_a_corner_comes_to_rest_again_when_it_is_shaken(seed: int) -> N
         frames.append(simulation.exact_positions)
     jerks = np.linalg.norm(np.diff(frames, 2, axis=0), axis=-1)
     assert np.sqrt((jerks**2).mean()) < 2e-4
+
+
+def test_what_moves_elsewhere_does_not_shake_cloth_that_lies() -> None:
+    here = stage("corner", 35, True)
+    turn = {"axis": [0, 0, 1], "point": [3, 0, 0], "angle": [[0, 0], [100, 2000]]}
+    here = here.body(ball([3, 0, 0.4], 0.3, friction=1.0, turn=turn))
+    here = here.cloth("other", translate=[3, 0, 0.73], thickness=0.004, friction=1.0, **sheet(9, 0.4))
+    simulation = here.simulation(1)
+    simulation.step(330 * simulation.substeps)
+    frames = []
+    for _ in range(30):
+        simulation.step(simulation.substeps)
+        frames.append(simulation.exact_positions[: 35 * 35])
+    jerks = np.linalg.norm(np.diff(frames, 2, axis=0), axis=-1)
+    assert np.sqrt((jerks**2).mean()) < 5e-5

@@ -261,14 +261,13 @@ impl Found<'_> {
     /// A thick vertex or edge, and a tree.
     fn around(&mut self, tree: &Tree, thick: &Thick, radius: f32) {
         let (bounds, vertices) = (self.bounds, &thick.vertices);
-        let grown = |vertex: u32| bounds[vertex as usize].grown(radius * (1.0 + f32::EPSILON));
         let all = around(bounds, thick, radius);
         let asked = vertices.clone().any(|vertex| self.asked[vertex as usize]);
         tree.within(&all, asked, |leaf| {
             for triangle in range(leaf.triangles) {
                 let [a, b, c] = tree.triangles[triangle];
                 for vertex in vertices.clone() {
-                    if grown(vertex).meets(&tree.triangle_bounds[triangle]) {
+                    if grown(bounds, vertex, radius).meets(&tree.triangle_bounds[triangle]) {
                         self.add(Kind::PointTriangle, [vertex, a, b, c]);
                     }
                 }
@@ -308,10 +307,14 @@ impl Found<'_> {
     }
 }
 
-/// A box around what is thick, a little larger than its radius asks for.
+/// A box around what is thick.
 fn around(bounds: &[Bounds], thick: &Thick, radius: f32) -> Bounds {
-    let grown = |vertex: u32| bounds[vertex as usize].grown(radius * (1.0 + f32::EPSILON));
-    thick.vertices.clone().fold(Bounds::NOTHING, |all, vertex| all.and(grown(vertex)))
+    thick.vertices.clone().fold(Bounds::NOTHING, |all, vertex| all.and(grown(bounds, vertex, radius)))
+}
+
+/// The same around one of its vertices, a little larger than its radius asks for.
+fn grown(bounds: &[Bounds], vertex: u32, radius: f32) -> Bounds {
+    bounds[vertex as usize].grown(radius * (1.0 + f32::EPSILON))
 }
 
 fn is_asked(asked: &[bool], pair: &Pair) -> bool {

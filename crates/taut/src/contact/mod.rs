@@ -175,9 +175,9 @@ impl Contact {
         self.rows.touching(&self.surfaces, &self.places)
     }
 
-    /// Whether a body that moves or turns pushes any cloth.
-    pub fn leads(&self) -> bool {
-        self.rows.are_led(&self.surfaces, &self.places)
+    /// Tells of each cloth whether a body that moves or turns pushes it, be it through other cloth.
+    pub fn tell_led(&self, led: &mut Vec<bool>) {
+        self.rows.tell_led(&self.surfaces, &self.places, led);
     }
 
     /// Makes rows of what the last certificate found.

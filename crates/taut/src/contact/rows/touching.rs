@@ -26,14 +26,32 @@ pub struct Touching {
 }
 
 impl Rows {
-    /// Whether a body that moves or turns pushes any cloth.
-    pub(in crate::contact) fn are_led(&self, surfaces: &Surfaces, places: &Places) -> bool {
-        let moves = |local: usize| {
-            let vertex = self.vertices[local] as usize;
-            let body = (surfaces.owners[vertex] as usize).checked_sub(surfaces.cloths.len());
-            body.is_some_and(|body| places.turns[body] != DVec3::ZERO || places.ends[vertex] != places.x[vertex])
-        };
-        self.list.iter().filter(|row| row.push > 0.0 && row.give > 0.0).any(|row| row.locals().any(moves))
+    /// Tells of each cloth whether a body that moves or turns pushes it, or another cloth that is led so.
+    pub(in crate::contact) fn tell_led(&self, surfaces: &Surfaces, places: &Places, led: &mut Vec<bool>) {
+        let cloths = surfaces.cloths.len();
+        led.clear();
+        led.resize(cloths, false);
+        let moves = |vertex: usize, body: usize| places.turns[body] != DVec3::ZERO || places.ends[vertex] != places.x[vertex];
+        loop {
+            let mut spreads = false;
+            for row in self.list.iter().filter(|row| row.push > 0.0 && row.give > 0.0) {
+                let vertices = || row.locals().map(|local| self.vertices[local] as usize);
+                let owner = |vertex: usize| surfaces.owners[vertex] as usize;
+                let leads = |vertex: usize| match owner(vertex).checked_sub(cloths) {
+                    Some(body) => moves(vertex, body),
+                    None => led[owner(vertex)],
+                };
+                if vertices().any(leads) {
+                    for cloth in vertices().map(owner).filter(|&owner| owner < cloths) {
+                        spreads |= !std::mem::replace(&mut led[cloth], true);
+                    }
+                }
+            }
+            // A row of one cloth with another one that was not led when its turn came.
+            if !spreads || cloths == 1 {
+                return;
+            }
+        }
     }
 
     /// The rows that pushed in the last step, in their order. Of two cloths the one that the normal points to is told.

@@ -90,7 +90,7 @@ struct Single {
 
 /// Whether vertices stand for a triangle or an edge of theirs beside something round: a chord of length e between two places outside of a
 /// circle of radius r cuts e^2 / 8 r deep into it at most, a triangle with such sides e^2 / 6 r or as deep as one of its sides.
-pub(super) fn stand_for(corners: impl Iterator<Item = DVec3> + Clone, radius: f64, thickness: f64) -> bool {
-    let squares = corners.clone().flat_map(|a| corners.clone().map(move |b| a.distance_squared(b)));
-    squares.fold(0.0, f64::max) <= 6.0 * SAG * thickness * radius
+pub(super) fn stand_for(corners: &[DVec3], radius: f64, thickness: f64) -> bool {
+    let mut squares = corners.iter().flat_map(|a| corners.iter().map(|b| a.distance_squared(*b)));
+    squares.all(|square| square <= 6.0 * SAG * thickness * radius)
 }

@@ -53,14 +53,14 @@ impl Wanted {
             return None;
         }
         let x = corners.map(|corner| places.x[corner as usize]);
+        // What is thick comes first.
+        let has_vertices = surfaces.skins[owners[0] as usize].radius > 0.0 && surfaces.skins[owners[1] as usize].is_surface;
+        if has_vertices && stand_for(&x[split..], radius, thickness) {
+            return None;
+        }
         let closest = Closest::new(kind, &x);
         let length = closest.way.length();
         if kind == Kind::EdgeEdge && is_stood_for(surfaces, owners, &closest) {
-            return None;
-        }
-        // What is thick comes first.
-        let has_vertices = surfaces.skins[owners[0] as usize].radius > 0.0 && surfaces.skins[owners[1] as usize].is_surface;
-        if has_vertices && stand_for((split..4).filter(|&end| closest.parts[end] != 0.0).map(|end| x[end]), radius, thickness) {
             return None;
         }
         let normal = if length > 0.0 { closest.way / length } else { across(surfaces, owners, x)? };

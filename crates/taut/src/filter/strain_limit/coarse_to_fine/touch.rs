@@ -55,6 +55,8 @@ pub(super) struct Touch {
     rates: Vec<f32>,
     left_of_energy: Vec<f64>,
     pushed: Vec<usize>,
+    /// Of each cloth, whether bodies that move push it.
+    led_cloths: Vec<bool>,
     joint: Joint,
 }
 
@@ -85,6 +87,7 @@ impl Touch {
             rates: Vec::new(),
             left_of_energy: Vec::new(),
             pushed: Vec::new(),
+            led_cloths: Vec::new(),
             joint: Joint::new(model, units),
         })
     }
@@ -293,9 +296,9 @@ impl Touch {
             }
         }
         self.contact.calm(&mut state.velocities, stride.plan.length);
-        let is_led = touches && self.contact.leads();
+        self.contact.tell_led(&mut self.led_cloths);
         for ((unit, descent), left) in units.iter().zip(&self.descents).zip(&self.left_of_energy) {
-            unit.brake(stride, state, ends, *left, is_led, descent);
+            unit.brake(stride, state, ends, *left, &self.led_cloths, descent);
         }
         if let Some(most) = self.contact.brings_apart() {
             units.iter().for_each(|unit| ease::ease(stride, unit.cloth(), state, &self.proposed, ends, most));

@@ -295,19 +295,19 @@ impl Unit {
 
     /// Leaves a part of its way out where cloth lies on something, of whose proposed energy `left_of_energy` is left, and its ways
     /// turn back on each other. Each step is then the mean of staying and of going where the limit and the rows lead; what no
-    /// projection brings further apart comes to rest so [Krasnoselskii55], where going all the way it may turn for ever. What `is_led`
-    /// by bodies that move has no brake: it would take the speed from cloth that they set going.
+    /// projection brings further apart comes to rest so [Krasnoselskii55], where going all the way it may turn for ever. Of the
+    /// cloths, those that are `led` by bodies that move have no brake: it would take the speed that these give them.
     pub fn brake(
         &self,
         stride: Stride<'_>,
         state: &mut State,
         ends: &mut Vectors,
         left_of_energy: f64,
-        is_led: bool,
+        led: &[bool],
         descent: &Descent,
     ) {
         let step = stride.plan.length as f32;
-        let lying = descent.frame.filter(|_| !is_led && left_of_energy < ENERGY_IN_CONTACT);
+        let lying = descent.frame.filter(|_| !led[self.index] && left_of_energy < ENERGY_IN_CONTACT);
         let brake = lying.map_or(0.0, |frame| {
             let onward = self.coherence(stride.model, state, ends, frame, step);
             brake_from_now(descent.brake, onward)
