@@ -7,7 +7,7 @@ import pytest
 from taut import Scene, Simulation
 from taut.scene import find_scene
 
-from tools.targets.contact.drapes import stage
+from tools.targets.contact.drapes import stage, turned
 from tools.targets.contact.friction import slides, slope
 from tools.targets.contact.judge import Oracle, distance
 from tools.targets.contact.scenes import ball, sheet
@@ -211,3 +211,41 @@ def test_what_moves_elsewhere_does_not_shake_cloth_that_lies() -> None:
         frames.append(simulation.exact_positions[: 35 * 35])
     jerks = np.linalg.norm(np.diff(frames, 2, axis=0), axis=-1)
     assert np.sqrt((jerks**2).mean()) < 5e-5
+
+
+def jerks(simulation: Simulation, frames: int = 30) -> float:
+    """Second differences from frame to frame, root mean square [m]."""
+    places = []
+    for _ in range(frames):
+        simulation.step(simulation.substeps)
+        places.append(simulation.exact_positions)
+    return float(np.sqrt((np.linalg.norm(np.diff(places, 2, axis=0), axis=-1) ** 2).mean()))
+
+
+@pytest.mark.parametrize(("on", "across", "speed"), [("corner", 35, 0.05), ("ball", 33, 0.3)])
+def test_cloth_that_a_body_carries_along_lies_still_on_it(on: str, across: int, speed: float) -> None:
+    carried = stage(on, across, True)
+    carried.document["body"][1]["move"] = [[3, [0, 0, 0]], [103, [0, 100 * speed, 0]]]
+    simulation = carried.simulation(1)
+    simulation.step(310 * simulation.substeps)
+    before = simulation.exact_positions
+    assert jerks(simulation) < 5e-5
+    assert (simulation.exact_positions - before)[:, 1].mean() == pytest.approx(speed / 2, rel=0.01)
+
+
+@pytest.mark.parametrize(("on", "mesh"), [("ball", True), ("ball", False), ("corner", True)])
+def test_what_pushes_cloth_bears_its_weight(on: str, mesh: bool) -> None:
+    simulation = stage(on, 33, mesh).simulation(1)
+    simulation.step(240 * simulation.substeps)
+    borne = []
+    for _ in range(16):
+        simulation.step(simulation.substeps)
+        contacts = simulation.contacts
+        borne.append((contacts.forces * contacts.normals[:, 2] + contacts.friction[:, 2]).sum())
+    assert np.mean(borne) == pytest.approx(9.81 * simulation.mass.sum(), rel=0.1)
+
+
+def test_a_ball_that_turns_takes_its_cloth_along() -> None:
+    made = stage("spinning ball", 25, True)
+    angles = [turned(made.simulation(1, solver={"substeps": substeps}), 150) for substeps in (1, 4)]
+    assert angles[0] == pytest.approx(angles[1], rel=0.1)

@@ -248,7 +248,7 @@ fn a_fast_ball_does_not_pass_a_sheet() {
 
 #[test]
 fn what_would_be_cut_is_taken_in_parts_which_snapshots_remember() {
-    let mut sheet = shot(35.0);
+    let mut sheet = shot(36.0);
     let mut halved = 0;
     for step in 0..30 {
         let snapshot = sheet.state.to_bytes(&sheet.model, &sheet.inputs.grips);
@@ -256,7 +256,7 @@ fn what_would_be_cut_is_taken_in_parts_which_snapshots_remember() {
         assert_eq!((report.contact_cuts, report.held_back_bodies), (0, 0), "step {step}");
         halved += report.halved_steps;
         let (state, _) = State::from_bytes(&snapshot, &sheet.model).expect("a snapshot");
-        let mut other = shot(35.0);
+        let mut other = shot(36.0);
         other.state = state;
         other.steps(1);
         assert_eq!(other.state.hash(), sheet.state.hash(), "step {step}");

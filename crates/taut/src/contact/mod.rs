@@ -27,7 +27,7 @@ use glam::DVec3;
 use crate::geometry::{Pool, Vectors, Watch};
 use crate::model::Model;
 pub use rows::Touching;
-pub(crate) use rows::{Obstacle, Rows, Support};
+pub(crate) use rows::{Carrier, Obstacle, RigidMotion, Rows, Support};
 pub use start::{Fault, Intersection, Intersections, Meeting, Other};
 use surfaces::Surfaces;
 use untangle::Tangle;
@@ -175,9 +175,9 @@ impl Contact {
         self.rows.touching(&self.surfaces, &self.places)
     }
 
-    /// Tells of each cloth whether a body that moves or turns pushes it, be it through other cloth.
-    pub fn tell_led(&self, led: &mut Vec<bool>) {
-        self.rows.tell_led(&self.surfaces, &self.places, led);
+    /// Tells of each cloth what carries it.
+    pub fn tell_carriers(&mut self, carriers: &mut Vec<Carrier>) {
+        self.rows.tell_carriers(&self.surfaces, &self.places, carriers);
     }
 
     /// Makes rows of what the last certificate found.

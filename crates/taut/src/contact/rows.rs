@@ -5,6 +5,7 @@
 //! back the tangential displacement `sum_i s_i D_i` of the step by an impulse of at most mu times that of the row, so that what sticks
 //! does so for ever.
 
+mod carriers;
 mod crept;
 mod near;
 mod pinched;
@@ -23,6 +24,8 @@ use super::untangle::Asked;
 use super::{NEAR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 use crate::model::{ClothRange, Model};
+use carriers::Told;
+pub(crate) use carriers::{Carrier, RigidMotion};
 use crept::Crept;
 use near::Near;
 use pinched::Pinched;
@@ -57,6 +60,10 @@ struct Row {
     /// What the row has pushed, and held back along it, in this step [kg m].
     push: f32,
     hold: Vec3,
+    /// The same as the last cycle began.
+    before: (f32, Vec3),
+    /// The cloth, if there is one only.
+    cloth: u32,
     /// How much further than its middle the surface of a turning ball or capsule goes, as the relative displacement counts [m].
     carried: Vec3,
 }
@@ -69,6 +76,9 @@ pub(crate) struct Obstacle {
     pub normal: Vec3,
     /// How much nearer its nodes may come [m].
     pub room: f32,
+    /// The row, and what it has pushed so far [kg m].
+    pub row: u32,
+    pub push: f32,
 }
 
 /// The rows of a step.
@@ -89,6 +99,7 @@ pub(crate) struct Rows {
     pinched: Pinched,
     near: Near,
     crept: Crept,
+    told: Told,
 }
 
 impl Rows {
@@ -106,6 +117,7 @@ impl Rows {
             pinched: Pinched::default(),
             near: Near::default(),
             crept: Crept::default(),
+            told: Told::default(),
         }
     }
 
@@ -218,6 +230,8 @@ impl Rows {
             friction: surfaces.friction(owners) as f32,
             push: 0.0,
             hold: Vec3::ZERO,
+            before: (0.0, Vec3::ZERO),
+            cloth: surfaces.cloth_of(owners).unwrap_or(NONE),
             carried: carried.as_vec3() + self.crept.along(corners, singles, normal.as_vec3()),
         };
         self.list.push(row);
@@ -305,7 +319,7 @@ impl Rows {
     pub fn obstacles(&self, cloth: &ClothRange, list: &mut Vec<Obstacle>) {
         list.clear();
         let own = cloth.particles();
-        for row in &self.list {
+        for (number, row) in (0..).zip(&self.list) {
             let mut nodes = [(0, 0.0); 4];
             let mut any = false;
             for (node, (&end, &part)) in nodes.iter_mut().zip(row.ends.iter().zip(&row.parts)) {
@@ -316,8 +330,33 @@ impl Rows {
                 }
             }
             if any {
-                list.push(Obstacle { nodes, normal: row.normal, room: self.gap(row).max(0.0) });
+                list.push(Obstacle {
+                    nodes,
+                    normal: row.normal,
+                    room: self.gap(row).max(0.0),
+                    row: number,
+                    push: row.push.max(0.0),
+                });
             }
+        }
+    }
+
+    /// Goes on with the momentum with which the displacements of a cloth do: what they gain by pushes, pushes gain as well.
+    pub fn go_on(&mut self, cloth: usize, momentum: f32) {
+        for row in self.list.iter_mut().filter(|row| row.cloth == cloth as u32) {
+            let now = (row.push, row.hold);
+            row.push += (now.0 - row.before.0) * momentum;
+            row.hold += (now.1 - row.before.1) * momentum;
+            row.before = now;
+        }
+    }
+
+    /// Takes what coarse levels of a cloth have leant on a row [kg m]: it bears that as well. Of two cloths it is not known what the other one
+    /// would do on its own coarse levels: there it goes unseen, as thrown at single particles it would tear at them.
+    pub fn lean(&mut self, row: u32, push: f32) {
+        let row = &mut self.list[row as usize];
+        if row.cloth != NONE {
+            row.push += push;
         }
     }
 
@@ -333,6 +372,11 @@ impl Row {
     /// The places in the workspace of its vertices.
     fn locals(&self) -> impl Iterator<Item = usize> {
         self.ends.into_iter().zip(self.parts).filter(|(_, part)| *part != 0.0).map(|(end, _)| end as usize)
+    }
+
+    /// Whether it pushes something that can move.
+    fn pushes(&self) -> bool {
+        self.push > 0.0 && self.give > 0.0
     }
 
     /// Projects it.

@@ -161,6 +161,14 @@ impl Surfaces {
         [corners[0], corners[kind.split()]].map(|corner| self.owners[corner as usize])
     }
 
+    /// The cloth of a pair, if there is one only: with itself or with a body.
+    pub fn cloth_of(&self, pair: [Owner; 2]) -> Option<Owner> {
+        let is_cloth = |owner: &Owner| (*owner as usize) < self.cloths.len();
+        let mut cloths = pair.into_iter().filter(is_cloth);
+        let first = cloths.next()?;
+        cloths.all(|other| other == first).then_some(first)
+    }
+
     /// How far mid-surfaces of two owners are kept apart [m].
     pub fn thickness(&self, pair: [Owner; 2]) -> f64 {
         pair.iter().map(|&owner| self.skins[owner as usize].thickness).sum()

@@ -42,7 +42,7 @@ impl Rows {
         let mut sums = std::mem::take(&mut self.crept.sums);
         sums.clear();
         sums.resize(self.vertices.len(), (Vec3::ZERO, 0.0));
-        for row in self.list.iter().filter(|row| row.push > 0.0 && row.give > 0.0) {
+        for row in self.list.iter().filter(|row| row.pushes()) {
             let way = if row.slides() { Vec3::ZERO } else { self.crept_along(row, places) };
             // Two features have their shares by how easily they move; together they have all of it.
             let weight = |end: usize| row.parts[end] * row.parts[end] * self.weights[row.ends[end] as usize];

@@ -26,41 +26,13 @@ pub struct Touching {
 }
 
 impl Rows {
-    /// Tells of each cloth whether a body that moves or turns pushes it, or another cloth that is led so.
-    pub(in crate::contact) fn tell_led(&self, surfaces: &Surfaces, places: &Places, led: &mut Vec<bool>) {
-        let cloths = surfaces.cloths.len();
-        led.clear();
-        led.resize(cloths, false);
-        let moves = |vertex: usize, body: usize| places.turns[body] != DVec3::ZERO || places.ends[vertex] != places.x[vertex];
-        loop {
-            let mut spreads = false;
-            for row in self.list.iter().filter(|row| row.push > 0.0 && row.give > 0.0) {
-                let vertices = || row.locals().map(|local| self.vertices[local] as usize);
-                let owner = |vertex: usize| surfaces.owners[vertex] as usize;
-                let leads = |vertex: usize| match owner(vertex).checked_sub(cloths) {
-                    Some(body) => moves(vertex, body),
-                    None => led[owner(vertex)],
-                };
-                if vertices().any(leads) {
-                    for cloth in vertices().map(owner).filter(|&owner| owner < cloths) {
-                        spreads |= !std::mem::replace(&mut led[cloth], true);
-                    }
-                }
-            }
-            // A row of one cloth with another one that was not led when its turn came.
-            if !spreads || cloths == 1 {
-                return;
-            }
-        }
-    }
-
     /// The rows that pushed in the last step, in their order. Of two cloths the one that the normal points to is told.
     pub(in crate::contact) fn touching<'a>(
         &'a self,
         surfaces: &'a Surfaces,
         places: &'a Places,
     ) -> impl Iterator<Item = Touching> + 'a {
-        self.list.iter().filter(|row| row.push > 0.0 && row.give > 0.0).map(move |row| {
+        self.list.iter().filter(|row| row.pushes()).map(move |row| {
             let vertices = row.ends.map(|end| self.vertices[end as usize]);
             // Parts of the first feature are above zero, those of the second below.
             let owner =

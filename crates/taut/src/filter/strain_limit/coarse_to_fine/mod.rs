@@ -7,6 +7,7 @@
 
 mod balance;
 mod blocks;
+mod brake;
 mod certificate;
 mod direct;
 mod ease;
@@ -148,6 +149,8 @@ trait Levels: Send + Sync {
     fn load(&mut self, positions: &Vectors, ends: &Vectors, room: f32, pool: &Pool);
     /// Takes what coarse levels may not do from now on, until the next step; springs alone, if nothing.
     fn obstruct(&mut self, obstacles: &[Obstacle]);
+    /// Tells the obstacles that coarse levels have leant on since the last time, and how hard [kg m].
+    fn resisted(&mut self, tell: &mut dyn FnMut(u32, f32));
     /// One pass over all levels, from the coarsest to the finest. Returns what is left then, or nothing where that is not worth
     /// measuring.
     fn cycle(&mut self, cycle: Cycle, pool: &Pool) -> Option<Measure>;

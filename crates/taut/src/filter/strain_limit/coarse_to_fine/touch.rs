@@ -8,12 +8,13 @@
 
 use glam::Vec3;
 
+use super::brake::Lying;
 use super::ease;
 use super::joint::Joint;
 use super::led::Led;
 use super::motion::{lost, way_of_all};
 use super::unit::{Descent, Unit};
-use crate::contact::{Contact, Obstacle, Rows};
+use crate::contact::{Carrier, Contact, Obstacle, Rows};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
@@ -48,15 +49,15 @@ pub(super) struct Touch {
     proposed: Vectors,
     velocities: Vectors,
     led: Led,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<Vec<Obstacle>>,
     descents: Vec<Descent>,
     /// The rates with which velocities take corrections, what is left of kinetic energies where cloths touch something, and the
     /// particles that rows have pushed.
     rates: Vec<f32>,
     left_of_energy: Vec<f64>,
     pushed: Vec<usize>,
-    /// Of each cloth, whether bodies that move push it.
-    led_cloths: Vec<bool>,
+    /// What carries each cloth.
+    carriers: Vec<Carrier>,
     joint: Joint,
 }
 
@@ -82,12 +83,12 @@ impl Touch {
             proposed: Vectors::default(),
             velocities: Vectors::default(),
             led: Led::new(model),
-            obstacles: Vec::new(),
+            obstacles: units.iter().map(|_| Vec::new()).collect(),
             descents: Vec::new(),
             rates: Vec::new(),
             left_of_energy: Vec::new(),
             pushed: Vec::new(),
-            led_cloths: Vec::new(),
+            carriers: Vec::new(),
             joint: Joint::new(model, units),
         })
     }
@@ -239,12 +240,14 @@ impl Touch {
             }
             where_is.gather(rows, units);
             where_is.sweep(rows, units);
-            for (unit, descent) in units.iter_mut().zip(descents.iter_mut()) {
+            for ((unit, descent), obstacles) in units.iter_mut().zip(descents.iter_mut()).zip(obstacles.iter_mut()) {
                 if round % RENEWED == 0 {
                     rows.obstacles(unit.cloth(), obstacles);
                     unit.levels_mut().obstruct(obstacles);
                 }
+                rows.go_on(unit.index(), descent.momentum());
                 unit.descend(model, descent, pool);
+                unit.levels_mut().resisted(&mut |obstacle, push| rows.lean(obstacles[obstacle as usize].row, push));
             }
         }
     }
@@ -296,9 +299,10 @@ impl Touch {
             }
         }
         self.contact.calm(&mut state.velocities, stride.plan.length);
-        self.contact.tell_led(&mut self.led_cloths);
-        for ((unit, descent), left) in units.iter().zip(&self.descents).zip(&self.left_of_energy) {
-            unit.brake(stride, state, ends, *left, &self.led_cloths, descent);
+        self.contact.tell_carriers(&mut self.carriers);
+        let lying = Lying { model: stride.model, length: step, start: &self.contact.places.x, proposed: &self.proposed };
+        for ((unit, descent), &left) in units.iter().zip(&self.descents).zip(&self.left_of_energy) {
+            unit.brake(lying, state, ends, left, &self.carriers, descent);
         }
         if let Some(most) = self.contact.brings_apart() {
             units.iter().for_each(|unit| ease::ease(stride, unit.cloth(), state, &self.proposed, ends, most));

@@ -2,12 +2,14 @@
 
 use glam::Vec3;
 
+use super::brake::Lying;
 use super::certificate::Certificate;
 use super::direct::Direct;
 use super::finish::Finish;
 use super::local::Local;
 use super::patch::Patch;
 use super::*;
+use crate::contact::{Carrier, RigidMotion};
 use crate::state::Stretch;
 
 /// One cloth: its levels and its certificate.
@@ -60,6 +62,13 @@ pub(super) struct Descent {
     pub is_over: bool,
     /// Springs of the proposal are over their limit.
     pub is_needed: bool,
+}
+
+impl Descent {
+    /// The part of the last cycle's way that the next one starts with [1].
+    pub fn momentum(&self) -> f32 {
+        momentum(self.since_restart, self.at_least > 0)
+    }
 }
 
 impl Unit {
@@ -255,6 +264,11 @@ impl Unit {
         0.0
     }
 
+    /// Which cloth it is.
+    pub fn index(&self) -> usize {
+        self.index
+    }
+
     /// The cloth.
     pub fn cloth(&self) -> &ClothRange {
         &self.cloth
@@ -293,32 +307,29 @@ impl Unit {
         rate
     }
 
-    /// Leaves a part of its way out where cloth lies on something, of whose proposed energy `left_of_energy` is left, and its ways
-    /// turn back on each other. Each step is then the mean of staying and of going where the limit and the rows lead; what no
-    /// projection brings further apart comes to rest so [Krasnoselskii55], where going all the way it may turn for ever. Of the
-    /// cloths, those that are `led` by bodies that move have no brake: it would take the speed that these give them.
+    /// Leaves a part of its way out where it lies on something, of whose proposed energy `left_of_energy` is left as seen from the world or
+    /// from what holds it. What several bodies carry apart has no brake: it would take the speed that these give it.
     pub fn brake(
         &self,
-        stride: Stride<'_>,
+        lying: Lying<'_>,
         state: &mut State,
         ends: &mut Vectors,
         left_of_energy: f64,
-        led: &[bool],
+        carriers: &[Carrier],
         descent: &Descent,
     ) {
-        let step = stride.plan.length as f32;
-        let lying = descent.frame.filter(|_| !led[self.index] && left_of_energy < ENERGY_IN_CONTACT);
-        let brake = lying.map_or(0.0, |frame| {
-            let onward = self.coherence(stride.model, state, ends, frame, step);
-            brake_from_now(descent.brake, onward)
-        });
+        let frame = match (carriers[self.index], descent.frame) {
+            (Carrier::Nothing, Some(frame)) => Some((RigidMotion::along(frame.as_dvec3()), left_of_energy)),
+            (Carrier::Rigid(frame), _) if self.certificate.is_free() => {
+                Some((frame, lying.left_of_energy(&self.cloth, state, ends, &frame)))
+            }
+            _ => None,
+        };
+        let frame = frame.filter(|(_, left)| *left < ENERGY_IN_CONTACT).map(|(frame, _)| frame);
+        let brake = frame.map_or(0.0, |frame| lying.brake_from_now(descent.brake, &self.cloth, state, ends, &frame));
         state.calm[self.index].brake = brake;
-        let Some(frame) = lying.filter(|_| brake > 0.0) else { return };
-        for particle in self.cloth.particles().filter(|&particle| stride.model.particles.inverse_mass[particle] > 0.0) {
-            let end = ends.get(particle);
-            let back = (end - state.positions.get(particle) - frame) * -brake;
-            ends.set(particle, end + back);
-            state.velocities.set(particle, state.velocities.get(particle) + back / step);
+        if let Some(frame) = frame.filter(|_| brake > 0.0) {
+            lying.brake(brake, &self.cloth, state, ends, &frame);
         }
     }
 
@@ -327,20 +338,6 @@ impl Unit {
         if state.calm[self.index].brake > 0.0 {
             self.cloth.particles().for_each(|particle| state.crept.set(particle, Vec3::ZERO));
         }
-    }
-
-    /// The cosine between this way and the last one, of all particles together by mass, seen from a frame [1].
-    fn coherence(&self, model: &Model, state: &State, ends: &Vectors, frame: Vec3, step: f32) -> f64 {
-        let (mut both, mut now, mut then) = (0.0, 0.0, 0.0);
-        for particle in self.cloth.particles().filter(|&particle| model.particles.inverse_mass[particle] > 0.0) {
-            let mass = f64::from(model.particles.mass[particle]);
-            let way = (ends.get(particle) - state.positions.get(particle) - frame).as_dvec3();
-            let last = (state.of_motion().get(particle) * step - frame).as_dvec3();
-            both += mass * way.dot(last);
-            now += mass * way.length_squared();
-            then += mass * last.length_squared();
-        }
-        if now > 0.0 && then > 0.0 { both / (now * then).sqrt() } else { 1.0 }
     }
 
     /// Measures the ends, and shortens them where springs are over, towards where the step starts, moved along with the frame.
@@ -404,18 +401,6 @@ fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
         true => at_least,
         false => at_least * 3 / 4,
     }
-}
-
-/// The part that cloth which lies on something leaves out of a way which goes on as the last one did (1), or back (-1), after `brake` in
-/// the last step.
-fn brake_from_now(brake: f32, onward: f64) -> f32 {
-    let goes = 1.0 - brake;
-    let goes = match onward {
-        _ if onward < TURNED => goes * SLOWER,
-        _ if onward > ONWARD => (goes * FASTER).min(1.0),
-        _ => goes,
-    };
-    1.0 - goes.max(LEAST_WAY)
 }
 
 /// The room of coarse levels in the next step, after one with `room` whose limit left such a part of its kinetic energy.

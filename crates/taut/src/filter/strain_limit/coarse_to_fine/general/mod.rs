@@ -172,6 +172,10 @@ impl Levels for GeneralLevels {
         self.solved = true;
     }
 
+    fn resisted(&mut self, tell: &mut dyn FnMut(u32, f32)) {
+        self.obstacles.tell(tell);
+    }
+
     fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_last, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {
         if let (Some(forest), false) = (&mut self.forest, self.solved) {
             self.solved = true;

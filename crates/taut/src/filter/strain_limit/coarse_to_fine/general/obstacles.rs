@@ -27,13 +27,21 @@ struct Blocked {
     normal: Vec4,
     room: f32,
     give: f32,
+    /// What it stands for: a row, or what is kept of one level finer; and its part of what those with its key push [1].
+    stands_for: u32,
+    share: f32,
+    /// If it is kept, the pushes of all with its key so far, and what they have pushed here since that was told the last time [kg m].
+    total: f32,
+    push: f32,
 }
 
-/// The rows of a coarse level: as they came, and those that count, in the order of their keys.
+/// The rows of a coarse level: as they came, those that count, in the order of their keys, and which of those stands for each.
 #[derive(Debug, Default)]
 struct Rows {
     list: Vec<Blocked>,
+    order: Vec<u32>,
     kept: Vec<u32>,
+    kept_for: Vec<u32>,
 }
 
 /// The rows of all coarse levels, from the second finest on.
@@ -48,7 +56,7 @@ impl Obstacles {
     }
 
     pub fn clear(&mut self) {
-        for Rows { list, kept } in &mut self.levels {
+        for Rows { list, kept, .. } in &mut self.levels {
             list.clear();
             kept.clear();
         }
@@ -60,19 +68,20 @@ impl Obstacles {
         for index in 0..self.levels.len() {
             let (finer, here) = self.levels.split_at_mut(index);
             let here = &mut here[0];
-            let mut take = |nodes: Option<Nodes>, normal: Vec4, room: f32| {
-                here.list.extend(nodes.and_then(|nodes| Blocked::new(nodes, normal, room, &levels[index + 1])));
+            let mut take = |nodes: Option<Nodes>, normal: Vec4, room: f32, stands_for: u32, share: f32| {
+                let row = nodes.and_then(|nodes| Blocked::new(nodes, normal, room, &levels[index + 1]));
+                here.list.extend(row.map(|row| Blocked { stands_for, share, ..row }));
             };
             // What counts on a level goes on to the next one.
             match finer.last() {
-                None => rows.iter().for_each(|row| {
+                None => (0..).zip(rows).for_each(|(number, row)| {
                     let nodes = row.nodes.iter().filter(|node| node.1 != 0.0);
                     let nodes = nodes.map(|&(particle, part)| (places[particle as usize], part));
-                    take(raise(nodes, &levels[index]), row.normal.extend(0.0), row.room);
+                    take(raise(nodes, &levels[index]), row.normal.extend(0.0), row.room, number, row.push);
                 }),
-                Some(finer) => finer.kept.iter().for_each(|&row| {
-                    let row = &finer.list[row as usize];
-                    take(raise(row.nodes[..row.count].iter().copied(), &levels[index]), row.normal, row.room);
+                Some(finer) => finer.kept.iter().for_each(|&number| {
+                    let row = &finer.list[number as usize];
+                    take(raise(row.nodes[..row.count].iter().copied(), &levels[index]), row.normal, row.room, number, row.total);
                 }),
             }
             here.keep_nearest();
@@ -80,15 +89,17 @@ impl Obstacles {
     }
 
     /// Takes back what a coarse level has used beyond the room of its rows.
-    pub fn resist(&self, index: usize, level: &mut GeneralLevel) {
+    pub fn resist(&mut self, index: usize, level: &mut GeneralLevel) {
         let GeneralLevel { d, before, .. } = level;
-        let Rows { list, kept } = &self.levels[index - 1];
-        for row in kept.iter().map(|&row| &list[row as usize]) {
+        let Rows { list, kept, .. } = &mut self.levels[index - 1];
+        for &row in &*kept {
+            let row = &mut list[row as usize];
             let nodes = &row.nodes[..row.count];
             let gained: f32 =
                 nodes.iter().map(|&(node, part)| (d[node as usize] - before[node as usize]).dot(row.normal) * part).sum();
             let back = (-row.room - gained) * row.give;
             if back > 0.0 {
+                row.push += back;
                 for &(node, part) in nodes {
                     let d = &mut d[node as usize];
                     *d += row.normal * (back * part * d.w);
@@ -99,13 +110,47 @@ impl Obstacles {
 }
 
 impl Rows {
-    /// Of rows with the same key the one with the least room; the first of equal ones.
+    /// Of rows with the same key the one with the least room; the first of equal ones. All with that key have their share of its push.
     fn keep_nearest(&mut self) {
-        let Self { list, kept } = self;
-        kept.extend(0..list.len() as u32);
+        let Self { list, order, kept, kept_for } = self;
+        order.clear();
+        order.extend(0..list.len() as u32);
         let row = |row: u32| &list[row as usize];
-        kept.sort_unstable_by(|&a, &b| row(a).key.cmp(&row(b).key).then(row(a).room.total_cmp(&row(b).room)).then(a.cmp(&b)));
-        kept.dedup_by_key(|at| row(*at).key);
+        order.sort_unstable_by(|&a, &b| row(a).key.cmp(&row(b).key).then(row(a).room.total_cmp(&row(b).room)).then(a.cmp(&b)));
+        kept_for.clear();
+        kept_for.resize(list.len(), 0);
+        for alike in order.chunk_by(|&a, &b| row(a).key == row(b).key) {
+            kept.push(alike[0]);
+            alike.iter().for_each(|&other| kept_for[other as usize] = alike[0]);
+        }
+        for alike in order.chunk_by(|&a, &b| kept_for[a as usize] == kept_for[b as usize]) {
+            let all: f32 = alike.iter().map(|&row| list[row as usize].share).sum();
+            for &row in alike {
+                let row = &mut list[row as usize];
+                row.share = if all > 0.0 { row.share / all } else { (alike.len() as f32).recip() };
+            }
+            list[alike[0] as usize].total = all;
+        }
+    }
+}
+
+impl Obstacles {
+    /// Tells what rows have pushed on all levels since the last time [kg m].
+    pub fn tell(&mut self, tell: &mut dyn FnMut(u32, f32)) {
+        for index in (0..self.levels.len()).rev() {
+            let (finer, here) = self.levels.split_at_mut(index);
+            let Rows { list, kept, kept_for, .. } = &mut here[0];
+            for row in 0..list.len() {
+                let push = list[kept_for[row] as usize].push * list[row].share;
+                if push > 0.0 {
+                    match finer.last_mut() {
+                        None => tell(list[row].stands_for, push),
+                        Some(finer) => finer.list[list[row].stands_for as usize].push += push,
+                    }
+                }
+            }
+            kept.iter().for_each(|&row| list[row as usize].push = 0.0);
+        }
     }
 }
 
@@ -140,6 +185,6 @@ impl Blocked {
             with.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0))).map_or(u32::MAX, |node| node.0)
         };
         let key = [largest(1.0), largest(-1.0)];
-        Some(Self { key, nodes, count, normal, room, give: 1.0 / weight })
+        Some(Self { key, nodes, count, normal, room, give: 1.0 / weight, stands_for: 0, share: 0.0, total: 0.0, push: 0.0 })
     }
 }

@@ -159,6 +159,10 @@ impl Levels for LatticeLevels {
         unreachable!("cloth that can touch has no lattice")
     }
 
+    fn resisted(&mut self, _: &mut dyn FnMut(u32, f32)) {
+        unreachable!("cloth that can touch has no lattice")
+    }
+
     fn smooth(&mut self, _: f32, _: &Pool) -> Measure {
         unreachable!("cloth that can touch has no lattice")
     }
