@@ -351,8 +351,8 @@ impl Rows {
         }
     }
 
-    /// Takes what coarse levels of a cloth have leant on a row [kg m]: it bears that as well. Of two cloths it is not known what the other one
-    /// would do on its own coarse levels: there it goes unseen, as thrown at single particles it would tear at them.
+    /// Takes what coarse levels of a cloth have leant on a row [kg m]: it bears that as well. Of two cloths it goes unseen: the other one would
+    /// have to take it on its own coarse levels.
     pub fn lean(&mut self, row: u32, push: f32) {
         let row = &mut self.list[row as usize];
         if row.cloth != NONE {

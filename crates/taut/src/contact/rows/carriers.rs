@@ -152,6 +152,10 @@ impl Rows {
         told.clear();
         let rows = self.list.iter().filter(|row| row.pushes());
         told.extend(rows.filter_map(|row| self.told_by(row, surfaces, places)));
+        // Most cloth lies on what stands still.
+        if !told.iter().any(|at| at.moves) {
+            told.clear();
+        }
         told.iter_mut().for_each(|at| at.cloth = together[at.cloth]);
         sums.clear();
         sums.resize(cloths, Sums::NONE);

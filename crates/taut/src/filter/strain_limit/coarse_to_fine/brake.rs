@@ -6,11 +6,18 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{FASTER, LEAST_WAY, ONWARD, SLOWER, TURNED};
 use crate::contact::RigidMotion;
 use crate::geometry::Vectors;
 use crate::model::{ClothRange, Model};
 use crate::state::State;
+
+/// Where ways of cloth that lies on something turn back, their cosine with the last ones being below the first of these, steps go on
+/// by so much less of their way, down to the least; where they go on, the cosine being above the second, by so much more.
+const TURNED: f64 = 0.5;
+const ONWARD: f64 = 0.9;
+const SLOWER: f32 = 0.8;
+const FASTER: f32 = 1.5;
+const LEAST_WAY: f32 = 0.02;
 
 /// A step that is about to be braked.
 #[derive(Clone, Copy)]

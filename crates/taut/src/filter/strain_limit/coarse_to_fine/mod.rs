@@ -102,13 +102,6 @@ const MOST_IF_TOUCHED: u32 = 12;
 /// Cloth lies on something where all of the proposed step is taken but for this part of its kinetic energy: more than cloth that hangs calm
 /// has, since ways that turn back on each other are some of it.
 const ENERGY_IN_CONTACT: f64 = 0.3;
-/// Where ways of such cloth turn back, their cosine with the last ones being below the first of these, steps go on
-/// by so much less of their way, down to the least; where they go on, the cosine being above the second, by so much more.
-const TURNED: f64 = 0.5;
-const ONWARD: f64 = 0.9;
-const SLOWER: f32 = 0.8;
-const FASTER: f32 = 1.5;
-const LEAST_WAY: f32 = 0.02;
 /// A cycle that makes the worst spring this much worse ends the momentum.
 const RESTART: f32 = 1.1;
 
