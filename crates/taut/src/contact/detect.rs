@@ -16,11 +16,13 @@ pub(crate) struct Pair {
     pub corners: [u32; 4],
 }
 
-/// Two leaves that meet, and whose they are: a cloth, and a cloth or a body after all cloths.
+/// Two leaves that meet, and whose they are: a cloth, and a cloth or a body after all cloths. Instead of the second there may be something
+/// thick, by its number.
 #[derive(Debug, Clone, Copy)]
 struct Met {
     trees: [u32; 2],
     leaves: [u32; 2],
+    thick: Option<u32>,
 }
 
 /// Pairs of leaves that a thread looks at together.
@@ -58,8 +60,11 @@ pub(crate) struct Detection {
 #[derive(Debug, Default)]
 struct Part {
     pairs: Vec<Pair>,
-    near: [Vec<u32>; 2],
+    near: [Boxes; 2],
 }
+
+/// Features of a leaf, each with its box.
+type Boxes = Vec<(u32, Bounds)>;
 
 impl Detection {
     pub fn new(vertices: usize) -> Self {
@@ -155,7 +160,7 @@ impl Detection {
         pairs.clear();
         ways.take(places, 0.5 * margin as f32, bounds, pool);
         for tree in surfaces.cloths.iter_mut().chain(&mut surfaces.bodies) {
-            tree.refit(bounds, asked, pool);
+            tree.refit_nodes(bounds, asked, pool);
         }
         let Surfaces { cloths, monotone, bodies, thick, skins, among_cloths, .. } = &*surfaces;
         let tree = |index: u32| match (index as usize).checked_sub(cloths.len()) {
@@ -167,7 +172,9 @@ impl Detection {
             let others = if *among_cloths { index } else { cloths.len() }..cloths.len() + bodies.len();
             for other in others {
                 let trees = [index as u32, other as u32];
-                let mut take = |one: &Leaf, two: &Leaf| met.push(Met { trees, leaves: [one.index, two.index] });
+                let mut take = |one: &Leaf, two: &Leaf| {
+                    met.push(Met { trees, leaves: [one.index, two.index], thick: None });
+                };
                 if other > index {
                     cloths[index].meet(tree(trees[1]), stack, take);
                 } else {
@@ -179,6 +186,15 @@ impl Detection {
                 }
             }
         }
+        for (index, tree) in (0..).zip(cloths) {
+            for (number, thick) in (0..).zip(thick) {
+                let radius = skins[thick.owner as usize].radius as f32;
+                let is_asked = thick.vertices.clone().any(|vertex| asked[vertex as usize]);
+                tree.within(&around(bounds, thick, radius), is_asked, |leaf| {
+                    met.push(Met { trees: [index; 2], leaves: [leaf.index; 2], thick: Some(number) });
+                });
+            }
+        }
         let count = met.len().div_ceil(PART);
         if parts.len() < count {
             parts.resize_with(count, Part::default);
@@ -186,10 +202,13 @@ impl Detection {
         for_each_part(&mut parts[..count], met.len() * PART, pool, |index, Part { pairs, near }| {
             pairs.clear();
             let mut found = Found { ways, margin, bounds, asked, near, pairs };
-            for &Met { trees, leaves: [one, two] } in met[index * PART..].iter().take(PART) {
+            for &Met { trees, leaves: [one, two], thick: number } in met[index * PART..].iter().take(PART) {
                 let [a, b] = trees.map(tree);
                 let leaves = [&a.leaves[one as usize], &b.leaves[two as usize]];
-                if trees[0] == trees[1] && one == two {
+                if let Some(number) = number {
+                    let thick = &thick[number as usize];
+                    found.beside(a, leaves[0], thick, skins[thick.owner as usize].radius);
+                } else if trees[0] == trees[1] && one == two {
                     found.within(a, leaves[0]);
                 } else {
                     found.between([a, b], leaves);
@@ -197,13 +216,6 @@ impl Detection {
             }
         });
         parts[..count].iter().for_each(|part| pairs.extend(&part.pairs));
-        let mut found = Found { ways, margin, bounds, asked, near: &mut Default::default(), pairs };
-        for tree in cloths {
-            for thick in thick {
-                found.margin = margin + skins[thick.owner as usize].radius;
-                found.around(tree, thick, skins[thick.owner as usize].radius as f32);
-            }
-        }
     }
 }
 
@@ -214,21 +226,23 @@ struct Found<'a> {
     margin: f64,
     bounds: &'a [Bounds],
     asked: &'a [bool],
-    near: &'a mut [Vec<u32>; 2],
+    near: &'a mut [Boxes; 2],
     pairs: &'a mut Vec<Pair>,
 }
 
 impl Found<'_> {
     /// A leaf with itself.
     fn within(&mut self, tree: &Tree, leaf: &Leaf) {
+        let mut near = std::mem::take(self.near);
+        self.triangles(tree, leaf, None, &mut near[0]);
         for &vertex in &tree.vertices[range(leaf.vertices)] {
-            range(leaf.triangles).for_each(|triangle| self.point_and_triangle(vertex, tree, triangle));
+            near[0].iter().for_each(|triangle| self.point_and_triangle(vertex, tree, triangle));
         }
-        for edge in range(leaf.edges) {
-            for other in edge + 1..leaf.edges[1] as usize {
-                self.edges([tree, tree], [edge, other]);
-            }
+        self.edges(tree, leaf, None, &mut near[0]);
+        for (index, edge) in near[0].iter().enumerate() {
+            near[0][index + 1..].iter().for_each(|other| self.two_edges([tree, tree], [edge, other]));
         }
+        *self.near = near;
     }
 
     /// Two leaves of two trees, or of one.
@@ -236,63 +250,71 @@ impl Found<'_> {
         let boxes = [0, 1].map(|side| trees[side].bounds_of(leaves[side]));
         let mut near = std::mem::take(self.near);
         for [this, that] in [[0, 1], [1, 0]] {
-            let triangles = range(leaves[that].triangles);
-            let nears = |triangle: &usize| trees[that].triangle_bounds[*triangle].meets(&boxes[this]);
-            near[0].clear();
-            near[0].extend(triangles.filter(nears).map(|triangle| triangle as u32));
+            self.triangles(trees[that], leaves[that], Some(&boxes[this]), &mut near[0]);
             for &vertex in &trees[this].vertices[range(leaves[this].vertices)] {
                 if self.bounds[vertex as usize].meets(&boxes[that]) {
-                    near[0].iter().for_each(|&triangle| self.point_and_triangle(vertex, trees[that], triangle as usize));
+                    near[0].iter().for_each(|triangle| self.point_and_triangle(vertex, trees[that], triangle));
                 }
             }
         }
         for [this, that] in [[0, 1], [1, 0]] {
-            let edges = range(leaves[this].edges);
-            let nears = |edge: &usize| trees[this].edge_bounds[*edge].meets(&boxes[that]);
-            near[this].clear();
-            near[this].extend(edges.filter(nears).map(|edge| edge as u32));
+            self.edges(trees[this], leaves[this], Some(&boxes[that]), &mut near[this]);
         }
-        for &edge in &near[0] {
-            near[1].iter().for_each(|&other| self.edges(trees, [edge as usize, other as usize]));
+        for edge in &near[0] {
+            near[1].iter().for_each(|other| self.two_edges(trees, [edge, other]));
         }
         *self.near = near;
     }
 
-    /// A thick vertex or edge, and a tree.
-    fn around(&mut self, tree: &Tree, thick: &Thick, radius: f32) {
-        let (bounds, vertices) = (self.bounds, &thick.vertices);
-        let all = around(bounds, thick, radius);
-        let asked = vertices.clone().any(|vertex| self.asked[vertex as usize]);
-        tree.within(&all, asked, |leaf| {
-            for triangle in range(leaf.triangles) {
-                let [a, b, c] = tree.triangles[triangle];
-                for vertex in vertices.clone() {
-                    if grown(bounds, vertex, radius).meets(&tree.triangle_bounds[triangle]) {
-                        self.add(Kind::PointTriangle, [vertex, a, b, c]);
-                    }
-                }
-            }
-            // A sphere is an edge of no length where no triangle stands for its way to an edge.
-            if vertices.len() == 2 || !tree.is_surface() {
-                let [first, last] = [vertices.start, vertices.end - 1];
-                for edge in range(leaf.edges).filter(|&edge| all.meets(&tree.edge_bounds[edge])) {
-                    let [a, b] = tree.edges[edge];
-                    self.add(Kind::EdgeEdge, [first, last, a, b]);
-                }
-            }
-        });
+    /// The triangles of a leaf with their boxes; those alone that meet another one, if it is given.
+    fn triangles(&self, tree: &Tree, leaf: &Leaf, other: Option<&Bounds>, list: &mut Boxes) {
+        list.clear();
+        let all = range(leaf.triangles).map(|triangle| (triangle as u32, tree.around_triangle(triangle, self.bounds)));
+        list.extend(all.filter(|(_, bounds)| other.is_none_or(|other| bounds.meets(other))));
     }
 
-    fn point_and_triangle(&mut self, vertex: u32, tree: &Tree, triangle: usize) {
-        let [a, b, c] = tree.triangles[triangle];
-        if self.bounds[vertex as usize].meets(&tree.triangle_bounds[triangle]) && ![a, b, c].contains(&vertex) {
+    /// The same of edges.
+    fn edges(&self, tree: &Tree, leaf: &Leaf, other: Option<&Bounds>, list: &mut Boxes) {
+        list.clear();
+        let all = range(leaf.edges).map(|edge| (edge as u32, tree.around_edge(edge, self.bounds)));
+        list.extend(all.filter(|(_, bounds)| other.is_none_or(|other| bounds.meets(other))));
+    }
+
+    /// A leaf and a thick vertex or edge.
+    fn beside(&mut self, tree: &Tree, leaf: &Leaf, thick: &Thick, radius: f64) {
+        let (bounds, vertices, half) = (self.bounds, &thick.vertices, radius as f32);
+        let margin = self.margin;
+        self.margin += radius;
+        for triangle in range(leaf.triangles) {
+            let [a, b, c] = tree.triangles[triangle];
+            let around = tree.around_triangle(triangle, bounds);
+            for vertex in vertices.clone() {
+                if grown(bounds, vertex, half).meets(&around) {
+                    self.add(Kind::PointTriangle, [vertex, a, b, c]);
+                }
+            }
+        }
+        // A sphere is an edge of no length where no triangle stands for its way to an edge.
+        if vertices.len() == 2 || !tree.is_surface() {
+            let ([first, last], all) = ([vertices.start, vertices.end - 1], around(bounds, thick, half));
+            for edge in range(leaf.edges).filter(|&edge| all.meets(&tree.around_edge(edge, bounds))) {
+                let [a, b] = tree.edges[edge];
+                self.add(Kind::EdgeEdge, [first, last, a, b]);
+            }
+        }
+        self.margin = margin;
+    }
+
+    fn point_and_triangle(&mut self, vertex: u32, tree: &Tree, (triangle, bounds): &(u32, Bounds)) {
+        let [a, b, c] = tree.triangles[*triangle as usize];
+        if self.bounds[vertex as usize].meets(bounds) && ![a, b, c].contains(&vertex) {
             self.add(Kind::PointTriangle, [vertex, a, b, c]);
         }
     }
 
-    fn edges(&mut self, [a, b]: [&Tree; 2], [edge, other]: [usize; 2]) {
-        if a.edge_bounds[edge].meets(&b.edge_bounds[other]) {
-            let ([p, q], [r, s]) = (a.edges[edge], b.edges[other]);
+    fn two_edges(&mut self, [a, b]: [&Tree; 2], [(edge, bounds), (other, around)]: [&(u32, Bounds); 2]) {
+        if bounds.meets(around) {
+            let ([p, q], [r, s]) = (a.edges[*edge as usize], b.edges[*other as usize]);
             if p != r && p != s && q != r && q != s {
                 self.add(Kind::EdgeEdge, [p, q, r, s]);
             }

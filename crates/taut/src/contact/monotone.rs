@@ -5,7 +5,7 @@
 //! that on every triangle: `du . (p(u + du) - p(u))` is the integral of `du . J du` along the line between them, which stays on the
 //! chart. J is linear in places, so that what holds at the start and at the end of a step holds on all of its straight way.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{BVec4A, DVec3, Vec3, Vec3A, Vec4, Vec4Swizzles};
 
 use super::Places;
 use super::charts::{Chart, Charts, Facet};
@@ -19,6 +19,10 @@ const CORES: [usize; 2] = [64, 16];
 
 /// Charts that a thread looks at together.
 const PART: usize = 32;
+/// Triangles that are looked at without asking in between.
+const TOGETHER: usize = 16;
+/// The axes of charts that nobody has asked about: larger ones were monotone.
+const NOT_LAID: [Vec3; 2] = [Vec3::ZERO; 2];
 
 /// Which charts of a surface are monotone in a step.
 #[derive(Debug, Clone, Default)]
@@ -38,11 +42,18 @@ struct Scale {
 /// Some charts, one after the other.
 #[derive(Debug, Clone, Default)]
 struct Part {
-    /// Which are monotone, and which were on the way before.
+    /// Which are monotone, and which were on the way before; and the axes of the plane that each is laid on.
     now: [bool; PART],
     before: [bool; PART],
-    /// Projected places of the vertices of a chart, at the start and at the end.
-    places: Vec<[Vec2; 2]>,
+    axes: [[Vec3; 2]; PART],
+    flat: Flat,
+}
+
+/// Workspace: the places of the vertices of a chart, from the first one, at the start and at the end [m]; and those laid on a plane.
+#[derive(Debug, Clone, Default)]
+struct Flat {
+    places: Vec<[Vec3A; 2]>,
+    laid: Vec<Vec4>,
 }
 
 impl Monotone {
@@ -67,18 +78,29 @@ impl Monotone {
 
     /// Finds out which are.
     pub fn run(&mut self, places: &Places, pool: &Pool) {
-        for Part { now, .. } in self.scales.iter_mut().flat_map(|scale| &mut scale.parts) {
+        for Part { now, axes, .. } in self.scales.iter_mut().flat_map(|scale| &mut scale.parts) {
             now.fill(true);
+            axes.fill(NOT_LAID);
         }
-        self.find(places, pool);
+        self.find(pool, |charts, chart, axes, flat| {
+            *axes = lay(charts, chart, places, flat);
+            holds(charts, chart, flat)
+        });
     }
 
-    /// Finds out which of them still are on another way, and tells the vertices of those that are no longer.
+    /// Finds out which of them still are on another way with the same start, and tells the vertices of those that are no longer.
     pub fn run_again(&mut self, tree: &Tree, places: &Places, pool: &Pool, mut tell: impl FnMut(u32)) {
         for Part { now, before, .. } in self.scales.iter_mut().flat_map(|scale| &mut scale.parts) {
             *before = *now;
         }
-        self.find(places, pool);
+        self.find(pool, |charts, chart, axes, flat| {
+            if *axes == NOT_LAID {
+                *axes = lay(charts, chart, places, flat);
+            } else {
+                lay_ends(charts, chart, places, *axes, flat);
+            }
+            holds(charts, chart, flat)
+        });
         for Scale { charts, parts, .. } in &self.scales {
             let are_lost = parts.iter().flat_map(|part| part.before.iter().zip(&part.now).map(|(before, now)| *before && !now));
             for (chart, _) in charts.list.iter().zip(are_lost).filter(|(_, is_lost)| *is_lost) {
@@ -87,15 +109,16 @@ impl Monotone {
         }
     }
 
-    /// Finds out which of those that were monotone are.
-    fn find(&mut self, places: &Places, pool: &Pool) {
+    /// Finds out for which of those that were monotone `holds` says that they are.
+    fn find(&mut self, pool: &Pool, holds: impl Fn(&Charts, &Chart, &mut [Vec3; 2], &mut Flat) -> bool + Sync) {
         for index in 0..self.scales.len() {
             let (larger, scale) = self.scales.split_at_mut(index);
             let Scale { charts, within, parts } = &mut scale[0];
             let is_within = |chart: usize| within[chart].is_some_and(|chart| larger[index - 1].is_monotone(chart));
-            for_each_part(parts, charts.facets.len(), pool, |part, Part { now, places: workspace, .. }| {
-                for (is_monotone, (chart, own)) in now.iter_mut().zip(charts.list.iter().enumerate().skip(part * PART)) {
-                    *is_monotone = *is_monotone && (is_within(chart) || holds(charts, own, places, workspace));
+            for_each_part(parts, charts.facets.len(), pool, |part, Part { now, axes, flat, .. }| {
+                let own = charts.list.iter().enumerate().skip(part * PART);
+                for ((is_monotone, axes), (chart, own)) in now.iter_mut().zip(axes).zip(own) {
+                    *is_monotone = *is_monotone && (is_within(chart) || holds(charts, own, axes, flat));
                 }
             });
         }
@@ -120,36 +143,66 @@ impl Scale {
     }
 }
 
-/// Whether a chart is monotone at the start and at the end, over the plane that fits both.
-fn holds(charts: &Charts, chart: &Chart, places: &Places, flat: &mut Vec<[Vec2; 2]>) -> bool {
-    if chart.leaves.is_empty() {
-        return false;
-    }
+/// Lays a chart on the plane that fits it at the start and at the end: two numbers of a vertex for each. Returns the axes of the plane.
+fn lay(charts: &Charts, chart: &Chart, places: &Places, flat: &mut Flat) -> [Vec3; 2] {
+    let Flat { places: own, laid } = flat;
+    own.clear();
+    laid.clear();
     let vertices = &charts.vertices[chart.vertices.clone()];
-    let origin = places.x[vertices[0].0 as usize];
-    let of = |vertex: u32| [&places.x, &places.ends].map(|places| (places[vertex as usize] - origin).as_vec3());
-    let [mut first, mut second] = [Vec3::ZERO; 2];
-    for &(vertex, [by_first, by_second]) in vertices {
-        let [start, end] = of(vertex);
+    let Some(&(origin, _)) = vertices.first() else { return NOT_LAID };
+    let [mut first, mut second] = [Vec3A::ZERO; 2];
+    own.extend(vertices.iter().map(|&(vertex, [by_first, by_second])| {
+        let [start, end] = [&places.x, &places.ends].map(|places| from_origin(places, origin, vertex));
         first += (start + end) * by_first;
         second += (start + end) * by_second;
-    }
-    let [first, second] = [first, second].map(Vec3::normalize_or_zero);
+        [start, end]
+    }));
+    let [first, second] = [first, second].map(Vec3A::normalize_or_zero);
     // The two axes at right angles that are nearest to both directions.
     let [sum, difference] = [first + second, first - second].map(|way| way.normalize_or_zero() * std::f32::consts::FRAC_1_SQRT_2);
     let axes = [sum + difference, sum - difference];
-    flat.clear();
-    flat.extend(vertices.iter().map(|&(vertex, _)| of(vertex).map(|place| Vec2::new(axes[0].dot(place), axes[1].dot(place)))));
-    charts.facets[chart.facets.clone()].iter().all(|facet| rises(facet, flat, 0) && rises(facet, flat, 1))
+    laid.extend(own.iter().map(|&[start, end]| {
+        let [[x, y], [then_x, then_y]] = [start, end].map(|place| axes.map(|axis| axis.dot(place)));
+        Vec4::new(x, y, then_x, then_y)
+    }));
+    axes.map(Vec3::from)
 }
 
-/// Whether the symmetric part of the derivatives is large enough on a triangle.
-fn rises(facet: &Facet, places: &[[Vec2; 2]], when: usize) -> bool {
-    let [a, b, c] = facet.corners.map(|corner| places[corner as usize][when]);
+/// Lays a chart on the same plane at the end alone.
+fn lay_ends(charts: &Charts, chart: &Chart, places: &Places, axes: [Vec3; 2], flat: &mut Flat) {
+    flat.laid.clear();
+    let vertices = &charts.vertices[chart.vertices.clone()];
+    let Some(&(origin, _)) = vertices.first() else { return };
+    let axes = axes.map(Vec3A::from);
+    flat.laid.extend(vertices.iter().map(|&(vertex, _)| {
+        let end = from_origin(&places.ends, origin, vertex);
+        let [x, y] = axes.map(|axis| axis.dot(end));
+        Vec4::new(x, y, x, y)
+    }));
+}
+
+/// Where a vertex is, seen from another one [m].
+fn from_origin(places: &[DVec3], origin: u32, vertex: u32) -> Vec3A {
+    (places[vertex as usize] - places[origin as usize]).as_vec3a()
+}
+
+/// Whether the symmetric part of the derivatives is large enough on all triangles of a chart that has any, at both times.
+fn holds(charts: &Charts, chart: &Chart, flat: &Flat) -> bool {
+    let facets = charts.facets[chart.facets.clone()].chunks(TOGETHER);
+    let mut facets = facets.map(|facets| facets.iter().fold(true, |all, facet| all & rises(facet, &flat.laid)));
+    !chart.leaves.is_empty() && facets.all(|rise| rise)
+}
+
+/// The same of a triangle. With J the derivatives at one time, [xx, xy] those by the first axis, that is `xx > LEAST`, `yy > LEAST` and
+/// `(xx - LEAST) (yy - LEAST) > ((xy + yx) / 2)^2`.
+fn rises(facet: &Facet, laid: &[Vec4]) -> bool {
+    let [a, b, c] = facet.corners.map(|corner| laid[corner as usize]);
     let (b, c) = (b - a, c - a);
     let [x, y] = facet.inverse.map(|[of_b, of_c]| b * of_b + c * of_c);
-    let (first, second, both) = (x.x - LEAST, y.y - LEAST, 0.5 * (x.y + y.x));
-    first > 0.0 && second > 0.0 && first * second > both * both
+    let firsts = BVec4A::new(true, false, true, false);
+    let (along, across) = (Vec4::select(firsts, x, y) - LEAST, Vec4::select(firsts, y, x));
+    let both = 0.5 * (across + across.yxwz());
+    (along.cmpgt(Vec4::ZERO) & (along * along.yxwz()).cmpgt(both * both)).all()
 }
 
 #[cfg(test)]

@@ -80,6 +80,8 @@ pub(crate) struct Leaf {
     pub triangles: [u32; 2],
     pub edges: [u32; 2],
     pub vertices: [u32; 2],
+    /// All of its vertices, among the corners of the tree.
+    corners: [u32; 2],
 }
 
 /// The triangles, edges and vertices of a surface in the order of the leaves, and the tree over them. A network has no triangles: its
@@ -89,10 +91,13 @@ pub(crate) struct Tree {
     pub triangles: Vec<[u32; 3]>,
     pub edges: Vec<[u32; 2]>,
     pub vertices: Vec<u32>,
+    corners: Vec<u32>,
     pub triangle_bounds: Vec<Bounds>,
     pub edge_bounds: Vec<Bounds>,
     pub leaves: Vec<Leaf>,
     nodes: Vec<Node>,
+    /// Workspace: the box of each leaf, and whether one of its vertices is asked about.
+    fits: Vec<(Bounds, bool)>,
 }
 
 impl Tree {
@@ -118,16 +123,19 @@ impl Tree {
             triangles: Vec::new(),
             edges: Vec::new(),
             vertices: Vec::new(),
+            corners: Vec::new(),
             triangle_bounds: Vec::new(),
             edge_bounds: Vec::new(),
             leaves: Vec::new(),
             nodes: Vec::new(),
+            fits: Vec::new(),
         };
         if !order.is_empty() {
             Splitter { edges_of, keep, edges: BTreeSet::new(), vertices: BTreeSet::new() }.split(&mut tree, &mut order);
         }
         tree.triangle_bounds = vec![Bounds::NOTHING; tree.triangles.len()];
         tree.edge_bounds = vec![Bounds::NOTHING; tree.edges.len()];
+        tree.fits = vec![(Bounds::NOTHING, false); tree.leaves.len()];
         tree
     }
 
@@ -163,43 +171,54 @@ impl Tree {
         runs
     }
 
-    /// Fits all boxes to those of the vertices. Where `asked` says so of no vertex of two nodes, they do not meet.
+    /// The box of a triangle, of those of the vertices.
+    pub fn around_triangle(&self, triangle: usize, vertices: &[Bounds]) -> Bounds {
+        let [a, b, c] = self.triangles[triangle].map(|corner| vertices[corner as usize]);
+        a.and(b).and(c)
+    }
+
+    /// The same of an edge.
+    pub fn around_edge(&self, edge: usize, vertices: &[Bounds]) -> Bounds {
+        let [a, b] = self.edges[edge].map(|end| vertices[end as usize]);
+        a.and(b)
+    }
+
+    /// Fits all boxes to those of the vertices.
     pub fn refit(&mut self, vertices: &[Bounds], asked: &[bool], pool: &Pool) {
-        let of = |vertex: u32| vertices[vertex as usize];
-        let Self { triangles, triangle_bounds, edges, edge_bounds, .. } = self;
-        for_each_chunk(triangle_bounds, pool, |first, bounds| {
-            for (bounds, &[a, b, c]) in bounds.iter_mut().zip(&triangles[first..]) {
-                *bounds = of(a).and(of(b)).and(of(c));
-            }
+        let mut bounds = std::mem::take(&mut self.triangle_bounds);
+        for_each_chunk(&mut bounds, pool, |first, bounds| {
+            (first..).zip(bounds).for_each(|(triangle, bounds)| *bounds = self.around_triangle(triangle, vertices));
         });
-        for_each_chunk(edge_bounds, pool, |first, bounds| {
-            for (bounds, &[a, b]) in bounds.iter_mut().zip(&edges[first..]) {
-                *bounds = of(a).and(of(b));
+        self.triangle_bounds = bounds;
+        let mut bounds = std::mem::take(&mut self.edge_bounds);
+        for_each_chunk(&mut bounds, pool, |first, bounds| {
+            (first..).zip(bounds).for_each(|(edge, bounds)| *bounds = self.around_edge(edge, vertices));
+        });
+        self.edge_bounds = bounds;
+        self.refit_nodes(vertices, asked, pool);
+    }
+
+    /// Fits the boxes of nodes alone. Where `asked` says so of no vertex of two nodes, they do not meet.
+    pub fn refit_nodes(&mut self, vertices: &[Bounds], asked: &[bool], pool: &Pool) {
+        let mut fits = std::mem::take(&mut self.fits);
+        for_each_chunk(&mut fits, pool, |first, fits| {
+            for (fit, leaf) in fits.iter_mut().zip(&self.leaves[first..]) {
+                let corners = &self.corners[leaf.corners[0] as usize..leaf.corners[1] as usize];
+                *fit = corners.iter().fold((Bounds::NOTHING, false), |(bounds, any), &corner| {
+                    (bounds.and(vertices[corner as usize]), any | asked[corner as usize])
+                });
             }
         });
         for index in (0..self.nodes.len()).rev() {
-            let (bounds, asked) = match self.nodes[index].leaf() {
-                Some(leaf) => {
-                    let Leaf { triangles, edges, .. } = self.leaves[leaf];
-                    let is_asked = |vertex: &u32| asked[*vertex as usize];
-                    let run = |[from, to]: [u32; 2]| from as usize..to as usize;
-                    // The edges of a surface are within its triangles.
-                    if self.triangles.is_empty() {
-                        let all = self.edge_bounds[run(edges)].iter().fold(Bounds::NOTHING, |all, bounds| all.and(*bounds));
-                        (all, self.edges[run(edges)].as_flattened().iter().any(is_asked))
-                    } else {
-                        let bounds = &self.triangle_bounds[run(triangles)];
-                        let all = bounds.iter().fold(Bounds::NOTHING, |all, bounds| all.and(*bounds));
-                        (all, self.triangles[run(triangles)].as_flattened().iter().any(is_asked))
-                    }
-                }
+            (self.nodes[index].bounds, self.nodes[index].asked) = match self.nodes[index].leaf() {
+                Some(leaf) => fits[leaf],
                 None => {
                     let [one, two] = [index + 1, self.nodes[index].second as usize].map(|child| &self.nodes[child]);
                     (one.bounds.and(two.bounds), one.asked | two.asked)
                 }
             };
-            (self.nodes[index].bounds, self.nodes[index].asked) = (bounds, asked);
         }
+        self.fits = fits;
     }
 
     /// Calls `visit` with the leaves of this tree and another that meet. `stack` is workspace.
@@ -274,16 +293,19 @@ impl<const N: usize, const E: usize> Splitter<N, E> {
         let leaf = tree.leaves.len() as u32;
         tree.nodes.push(Node { bounds: Bounds::NOTHING, asked: true, second: 0, leaves: [leaf, leaf + 1] });
         if features.len() <= LEAF {
-            let from = [tree.triangles.len(), tree.edges.len(), tree.vertices.len()];
+            let from = [tree.triangles.len(), tree.edges.len(), tree.vertices.len(), tree.corners.len()];
+            let all: BTreeSet<u32> = features.iter().flat_map(|feature| feature.0).collect();
+            tree.corners.extend(all);
             for &(corners, _) in &*features {
                 (self.keep)(tree, corners);
                 let sides = (self.edges_of)(corners).map(|[a, b]| [a.min(b), a.max(b)]);
                 tree.edges.extend(sides.into_iter().filter(|side| self.edges.insert(*side)));
                 tree.vertices.extend(corners.into_iter().filter(|vertex| self.vertices.insert(*vertex)));
             }
-            let to = [tree.triangles.len(), tree.edges.len(), tree.vertices.len()];
+            let to = [tree.triangles.len(), tree.edges.len(), tree.vertices.len(), tree.corners.len()];
             let run = |list: usize| [from[list] as u32, to[list] as u32];
-            tree.leaves.push(Leaf { index: leaf, node: index as u32, triangles: run(0), edges: run(1), vertices: run(2) });
+            let (node, [triangles, edges, vertices, corners]) = (index as u32, [0, 1, 2, 3].map(run));
+            tree.leaves.push(Leaf { index: leaf, node, triangles, edges, vertices, corners });
             return;
         }
         let places = || features.iter().map(|feature| feature.1);
