@@ -42,14 +42,14 @@ fn benches(criterion: &mut Criterion) {
     for (name, wind) in [("forces, no wind", Value::Null), ("forces, gusty wind", gusty.clone())] {
         let (Prepared { model, inputs, schedule }, state) = flag("none", wind);
         let (mut forces, plan) = (Forces::new(&model), schedule.plan(&model, schedule.step_length));
-        let stride = Stride { model: &model, inputs: &inputs, plan: &plan };
+        let stride = Stride { model: &model, inputs: &inputs, plan: &plan, can_be_halved: false };
         group.bench_function(format!("external {name}"), |bench| {
             bench.iter(|| external(stride, black_box(&state), &mut forces, &pool))
         });
     }
     let (Prepared { model, inputs, schedule }, mut state) = flag("none", Value::Null);
     let plan = schedule.plan(&model, schedule.step_length);
-    let stride = Stride { model: &model, inputs: &inputs, plan: &plan };
+    let stride = Stride { model: &model, inputs: &inputs, plan: &plan, can_be_halved: false };
     let (mut forces, mut integrator) = (Forces::new(&model), Integrator::new(&model, &plan));
     let mut ends = state.positions.clone();
     group.bench_function("springs", |bench| {

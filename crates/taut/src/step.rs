@@ -255,7 +255,7 @@ pub fn step_for(
         if parts.can_be_halved() {
             work.before_part.copy_from(state, &pool);
         }
-        let report = one_step(model, state, inputs, part * dt, work, host)?;
+        let report = one_step(model, state, inputs, (part * dt, parts.can_be_halved()), work, host)?;
         let was_cut = report.limited.contact_cuts > 0;
         if was_cut && parts.can_be_halved() {
             state.copy_from(&work.before_part, &pool);
@@ -279,7 +279,7 @@ fn one_step(
     model: &Model,
     state: &mut State,
     inputs: &Inputs,
-    dt: f64,
+    (dt, can_be_halved): (f64, bool),
     work: &mut Work,
     host: &mut dyn Host,
 ) -> Option<StepReport> {
@@ -287,7 +287,7 @@ fn one_step(
     work.follow_limits(model, inputs, state.clock.next(dt).time());
     work.plan(model, dt); // dt -> parts of the step
     let Work { as_held, forces, integrator, filter, pool, plan, ends, .. } = work;
-    let stride = Stride { model: as_held.as_ref().unwrap_or(model), inputs, plan };
+    let stride = Stride { model: as_held.as_ref().unwrap_or(model), inputs, plan, can_be_halved };
     pool.install(model.particle_count(), || {
         state.follow(stride.model, pool); // origins stay near cloths that travel
         filter::hold(stride, state); // paths, targets, hands -> v of what is held
@@ -320,7 +320,9 @@ pub fn external<'a>(model: &Model, state: &State, inputs: &Inputs, work: &'a mut
     work.follow(model, inputs);
     let Work { as_held, forces, pool, plan, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
-    pool.install(model.particle_count(), || crate::forces::external(Stride { model, inputs, plan }, state, forces, pool));
+    pool.install(model.particle_count(), || {
+        crate::forces::external(Stride { model, inputs, plan, can_be_halved: false }, state, forces, pool)
+    });
     forces.acceleration()
 }
 
@@ -365,7 +367,9 @@ pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work)
     work.follow_limits(model, inputs, state.time());
     let Work { as_held, filter, pool, plan, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
-    pool.install(model.particle_count(), || filter::admit(Stride { model, inputs, plan }, state, filter, pool));
+    pool.install(model.particle_count(), || {
+        filter::admit(Stride { model, inputs, plan, can_be_halved: false }, state, filter, pool)
+    });
     work.forget_step();
 }
 
@@ -383,7 +387,7 @@ pub fn tensions(model: &Model, state: &State, inputs: &Inputs, work: &mut Work) 
     let mut wanted: Vec<DVec3> = pool.install(model.particle_count(), || {
         // Seen as it moves, without what vibrates within a step; dampers lie along springs, and count as tension.
         let (inside, outside) = (state.moment_with(&still), state.moment_with(state.of_motion()));
-        crate::forces::inside_and_outside(Stride { model, inputs, plan }, inside, outside, forces, &pool);
+        crate::forces::inside_and_outside(Stride { model, inputs, plan, can_be_halved: false }, inside, outside, forces, &pool);
         let gained = |particle| state.of_motion().get(particle).as_dvec3() - before.get(particle).as_dvec3();
         let told = forces.acceleration();
         let missing = |particle| gained(particle) / *length - told.get(particle).as_dvec3();

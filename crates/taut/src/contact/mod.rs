@@ -150,6 +150,7 @@ impl Contact {
         rows.take_thick(surfaces, places, detection);
         rows.take_asked(surfaces, tangle.asked());
         rows.sort();
+        rows.arrange(places);
         watch.times.detection += watch.now() - start;
     }
 
@@ -184,6 +185,7 @@ impl Contact {
     pub fn add_rows_of_cuts(&mut self) {
         let Self { surfaces, places, rows, cuts, .. } = self;
         rows.take_cuts(surfaces, places, cuts);
+        rows.arrange(places);
     }
 }
 

@@ -5,6 +5,7 @@
 //! back the tangential displacement `sum_i s_i D_i` of the step by an impulse of at most mu times that of the row, so that what sticks
 //! does so for ever.
 
+mod alone;
 mod carriers;
 mod crept;
 mod near;
@@ -14,6 +15,8 @@ mod touching;
 mod vertices;
 mod wanted;
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 
 use super::certificate::Cuts;
@@ -22,8 +25,9 @@ use super::proximity::Closest;
 use super::surfaces::Surfaces;
 use super::untangle::Asked;
 use super::{NEAR, Places, floor};
-use crate::geometry::{CHUNK, Pool, for_each_part};
+use crate::geometry::{CHUNK, Pool, for_each_part, for_each_two_chunks};
 use crate::model::{ClothRange, Model};
+use alone::Alone;
 use carriers::Told;
 pub(crate) use carriers::{Carrier, RigidMotion};
 use crept::Crept;
@@ -66,6 +70,9 @@ struct Row {
     cloth: u32,
     /// How much further than its middle the surface of a turning ball or capsule goes, as the relative displacement counts [m].
     carried: Vec3,
+    /// If it is alone with its vertex: the part of that, and what bodies add to the relative displacement [m].
+    own: f32,
+    moved: Vec3,
 }
 
 /// A row as the levels of one cloth see it: they may use up the room, and no more.
@@ -96,6 +103,7 @@ pub(crate) struct Rows {
     particles: usize,
     /// What parts of the pairs want.
     parts: Vec<Vec<Wanted>>,
+    alone: Alone,
     pinched: Pinched,
     near: Near,
     crept: Crept,
@@ -114,6 +122,7 @@ impl Rows {
             all_weights: surfaces.weights.clone(),
             particles: model.particle_count(),
             parts: Vec::new(),
+            alone: Alone::default(),
             pinched: Pinched::default(),
             near: Near::default(),
             crept: Crept::default(),
@@ -134,6 +143,7 @@ impl Rows {
             self.locals[vertex as usize] = NONE;
         }
         self.list.clear();
+        self.alone.count = 0;
         self.pinched.any = false;
         self.d.clear();
         self.before.clear();
@@ -233,6 +243,8 @@ impl Rows {
             before: (0.0, Vec3::ZERO),
             cloth: surfaces.cloth_of(owners).unwrap_or(NONE),
             carried: carried.as_vec3() + self.crept.along(corners, singles, normal.as_vec3()),
+            own: 0.0,
+            moved: Vec3::ZERO,
         };
         self.list.push(row);
     }
@@ -254,50 +266,34 @@ impl Rows {
         *local
     }
 
-    /// Puts rows in an order that does not depend on how they were found, and leaves one of those that are alike.
-    pub fn sort(&mut self) {
-        self.list.sort_by(|a, b| a.key.cmp(&b.key).then(a.gap.total_cmp(&b.gap)));
-        self.list.dedup_by(|a, b| a.key == b.key);
-    }
-
     /// Gives bodies their displacements in this step.
-    pub fn load_bodies(&mut self, places: &Places) {
-        for (d, &vertex) in self.d.iter_mut().zip(&self.vertices) {
+    fn load_bodies(&mut self, places: &Places) {
+        for ((d, before), &vertex) in self.d.iter_mut().zip(&mut self.before).zip(&self.vertices) {
             if vertex as usize >= self.particles {
                 *d = (places.ends[vertex as usize] - places.x[vertex as usize]).as_vec3();
+                *before = *d;
             }
         }
     }
 
-    /// Takes the displacements that particles have so far [m].
-    pub fn gather(&mut self, displacement: impl Fn(usize) -> Vec3) {
-        self.take(0..self.vertices.len(), displacement);
+    /// The vertices in rows, in the order of what [`Rows::take`] and [`Rows::ways`] speak of.
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices
     }
 
-    /// Tells which particles have moved since, and how far [m].
-    pub fn scatter(&self, shift: impl FnMut(usize, Vec3)) {
-        self.tell(0..self.vertices.len(), shift);
+    /// Takes the displacements that a run of particles has so far [m].
+    pub fn take(&mut self, run: Range<usize>, pool: &Pool, displacements: impl Fn(Range<usize>, &mut [Vec3]) + Sync) {
+        let Self { d, before, .. } = self;
+        for_each_two_chunks(&mut d[run.clone()], &mut before[run.clone()], pool, |first, d, before| {
+            let first = run.start + first;
+            displacements(first..first + d.len(), d);
+            before.copy_from_slice(d);
+        });
     }
 
-    fn take(&mut self, locals: impl Iterator<Item = usize>, displacement: impl Fn(usize) -> Vec3) {
-        for local in locals {
-            let vertex = self.vertices[local] as usize;
-            if vertex < self.particles {
-                self.d[local] = displacement(vertex);
-            }
-            self.before[local] = self.d[local];
-        }
-    }
-
-    fn tell(&self, locals: impl Iterator<Item = usize>, mut shift: impl FnMut(usize, Vec3)) {
-        for local in locals.filter(|&local| self.d[local] != self.before[local]) {
-            shift(self.vertices[local] as usize, self.d[local] - self.before[local]);
-        }
-    }
-
-    /// Projects all rows.
-    pub fn sweep(&mut self) {
-        self.list.iter_mut().for_each(|row| row.project(&mut self.d, &self.weights));
+    /// The displacements of a run of particles before the last sweeps, and now [m].
+    pub fn ways(&self, run: Range<usize>) -> [&[Vec3]; 2] {
+        [&self.before[run.clone()], &self.d[run]]
     }
 
     /// Whether all rows are as good as kept.
@@ -382,7 +378,16 @@ impl Row {
     /// Projects it.
     fn project(&mut self, d: &mut [Vec3], weights: &[f32]) {
         let ends = self.ends.map(|end| end as usize);
-        let relative: Vec3 = (0..4).map(|end| d[ends[end]] * self.parts[end]).sum();
+        let impulse = self.respond((0..4).map(|end| d[ends[end]] * self.parts[end]).sum());
+        if impulse != Vec3::ZERO {
+            for end in 0..4 {
+                d[ends[end]] += impulse * (self.parts[end] * weights[ends[end]]);
+            }
+        }
+    }
+
+    /// What it adds to its impulse in answer to a relative displacement [kg m].
+    fn respond(&mut self, relative: Vec3) -> Vec3 {
         let along = self.normal.dot(relative);
         // What other rows and the springs have done since may make a part of its push needless.
         let pushed = (self.push - (self.gap + along) * self.give).max(0.0) - self.push;
@@ -395,10 +400,6 @@ impl Row {
             impulse += hold - self.hold;
             self.hold = hold;
         }
-        if impulse != Vec3::ZERO {
-            for end in 0..4 {
-                d[ends[end]] += impulse * (self.parts[end] * weights[ends[end]]);
-            }
-        }
+        impulse
     }
 }

@@ -52,7 +52,7 @@ pub(super) fn place(stride: Stride<'_>, state: &mut State, ends: &mut Vectors) {
 
 /// Ends a step: where pins had to wait, they go on from where they are, and more slowly.
 pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors, held_back: bool) {
-    let Stride { model, inputs, plan } = stride;
+    let Stride { model, inputs, plan, .. } = stride;
     let time = state.clock.next(plan.length).time();
     for shift in inputs.grips.shifts() {
         let offset = &mut state.offsets[shift.group];

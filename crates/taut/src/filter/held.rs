@@ -34,7 +34,7 @@ struct Places<'a> {
 impl Places<'_> {
     /// Calls `work` with each held particle and its place, from the origin of its cloth [m].
     fn for_each(&self, mut work: impl FnMut(usize, Vec3)) {
-        let Stride { model, inputs, plan } = self.stride;
+        let Stride { model, inputs, plan, .. } = self.stride;
         let end = self.clock.next(plan.length).time();
         for (number, group) in model.pins.iter().enumerate() {
             let offset = self.offsets[number].now - (self.origins[group.cloth] - model.origins[group.cloth].at);

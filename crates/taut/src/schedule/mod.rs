@@ -23,4 +23,6 @@ pub struct Stride<'a> {
     pub inputs: &'a Inputs,
     /// How long the step is, and its parts.
     pub plan: &'a Plan,
+    /// Whether it is taken back, and taken in halves, where it would have to be cut: nobody needs it cut then.
+    pub can_be_halved: bool,
 }

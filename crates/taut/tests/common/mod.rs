@@ -46,7 +46,7 @@ impl Built {
 
     /// That step, to be taken.
     pub fn stride<'a>(&'a self, plan: &'a Plan) -> Stride<'a> {
-        Stride { model: &self.model, inputs: &self.inputs, plan }
+        Stride { model: &self.model, inputs: &self.inputs, plan, can_be_halved: false }
     }
 
     /// What acts from outside [m/s^2].

@@ -50,11 +50,16 @@ impl Rows {
         all.filter(|&vertex| vertex < self.particles)
     }
 
-    /// As [`Rows::gather`], of these particles.
+    /// Takes the displacements that these particles have so far [m].
     pub fn gather_near(&mut self, displacement: impl Fn(usize) -> Vec3) {
-        let near = std::mem::take(&mut self.near);
-        self.take(near.places(), displacement);
-        self.near = near;
+        let Self { near, vertices, d, before, particles, .. } = self;
+        for local in near.places() {
+            let vertex = vertices[local] as usize;
+            if vertex < *particles {
+                d[local] = displacement(vertex);
+            }
+            before[local] = d[local];
+        }
     }
 
     /// Projects these rows.
@@ -64,9 +69,11 @@ impl Rows {
         }
     }
 
-    /// As [`Rows::scatter`], of these particles.
-    pub fn scatter_near(&self, shift: impl FnMut(usize, Vec3)) {
-        self.tell(self.near.places(), shift);
+    /// Tells which of these particles have moved since, and how far [m].
+    pub fn scatter_near(&self, mut shift: impl FnMut(usize, Vec3)) {
+        for local in self.near.places().filter(|&local| self.d[local] != self.before[local]) {
+            shift(self.vertices[local] as usize, self.d[local] - self.before[local]);
+        }
     }
 }
 

@@ -35,7 +35,7 @@ impl Led {
     }
 
     /// Says where bodies go, and how far they turn, axis times angle [rad].
-    pub fn aim(&mut self, Stride { model, inputs, plan }: Stride<'_>, state: &State, turns: &mut [DVec3]) {
+    pub fn aim(&mut self, Stride { model, inputs, plan, .. }: Stride<'_>, state: &State, turns: &mut [DVec3]) {
         let times = [state.clock.time(), state.clock.next(plan.length).time()];
         inputs.bodies.turns(times, turns);
         for (path, time) in self.path.iter_mut().zip(times) {

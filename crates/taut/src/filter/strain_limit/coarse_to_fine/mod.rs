@@ -24,6 +24,7 @@ mod patch;
 mod queue;
 mod touch;
 mod unit;
+mod where_is;
 
 use super::StrainLimit;
 use crate::filter::Limited;
@@ -162,6 +163,17 @@ trait Levels: Send + Sync {
     fn displacement(&self, particle: usize) -> Vec3;
     /// Moves the end of a particle [m].
     fn shift(&mut self, particle: usize, way: Vec3);
+    /// How far some particles go so far [m].
+    fn displacements(&self, particles: &[u32], ways: &mut [Vec3]) {
+        particles.iter().zip(ways).for_each(|(&particle, way)| *way = self.displacement(particle as usize));
+    }
+    /// Moves the ends of those of them whose ways have changed [m].
+    fn shift_all(&mut self, particles: &[u32], [before, now]: [&[Vec3]; 2]) {
+        for (&particle, (before, now)) in particles.iter().zip(before.iter().zip(now)).filter(|(_, (before, now))| before != now)
+        {
+            self.shift(particle as usize, *now - *before);
+        }
+    }
     /// Takes the corrected ends for the displacements.
     fn settle(&mut self, pool: &Pool);
     /// The displacements of all particles.

@@ -6,30 +6,25 @@
 //! 3. The certificate: each cloth keeps its limit, and nothing crosses anything on the way. Pairs that would cross become rows, with
 //!    what is closest at the time of impact, and 2 goes on; where that does not help, the step is shortened there.
 
-use glam::Vec3;
-
 use super::brake::Lying;
 use super::ease;
 use super::joint::Joint;
 use super::led::Led;
 use super::motion::{lost, way_of_all};
 use super::unit::{Descent, Unit};
-use crate::contact::{Carrier, Contact, Obstacle, Rows};
+use super::where_is::{NONE, WhereIs};
+use crate::contact::{Carrier, Contact, Obstacle};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::{State, measure};
 
-const NONE: u32 = u32::MAX;
 /// Cycles and sweeps in turn, at most; with rows that came late, so many more.
 const ROUNDS: usize = 30;
 const ROUNDS_OF_REPAIR: usize = 6;
 /// .. and at least: what lies still is pushed, and held, in every step.
 const AT_LEAST: usize = 3;
-/// Where no more than this part of the rows are not kept [1], they and the springs around them are swept so often by themselves.
-const FEW: f32 = 0.02;
-const LOCAL_SWEEPS: usize = 8;
 /// Rows that are not kept by then share what room there is, and ask for no more than they must [rounds].
 const GIVES_WAY: usize = 10;
 const GIVES_IN: usize = 20;
@@ -59,14 +54,6 @@ pub(super) struct Touch {
     /// What carries each cloth.
     carriers: Vec<Carrier>,
     joint: Joint,
-}
-
-/// The unit of each particle, and the particle's number in its cloth; and the particles that no spring is tied to, with how far each
-/// particle goes so far if there are any [m].
-struct WhereIs {
-    places: Vec<(u32, u32)>,
-    loose: Vec<u32>,
-    ways: Vec<Vec3>,
 }
 
 impl Touch {
@@ -133,7 +120,7 @@ impl Touch {
         }
         self.contact.end(model, &state.origins, ends, &self.led.ends);
         self.contact.find_rows(pool);
-        self.contact.rows.load_bodies(&self.contact.places);
+        self.where_is.take(&self.contact.rows);
         limited.contacts = self.contact.rows.len() as u32;
         if !self.contact.rows.is_empty() {
             for (unit, descent) in units.iter().zip(&mut self.descents) {
@@ -161,12 +148,15 @@ impl Touch {
             }
             if attempt < REPAIRS {
                 self.contact.add_rows_of_cuts();
-                self.contact.rows.load_bodies(&self.contact.places);
+                self.where_is.take(&self.contact.rows);
                 self.contact.rows.share();
                 rounds = ROUNDS_OF_REPAIR;
                 continue;
             }
             limited.contact_cuts = 1;
+            if stride.can_be_halved {
+                return limited;
+            }
             let lost = self.shorten(units, stride, state, ends, pool);
             limited.lost_motion = limited.lost_motion.max(lost);
             break;
@@ -182,20 +172,20 @@ impl Touch {
     /// Finds ends that are within all limits, and that rows keep apart.
     fn resolve(&mut self, units: &mut [Unit], model: &Model, state: &State, rounds: usize, pool: &Pool) {
         // What brings intersecting things apart may contradict itself.
-        let bears = self.contact.brings_apart().is_none() && self.bearers(units);
+        let bears = self.contact.brings_apart().is_none() && self.bearers(units, pool);
         if bears && self.joint.has_all() && self.bear(units, model, state) {
             return;
         }
         self.solve(units, model, rounds, pool);
-        if bears && !self.joint.has_all() && self.bearers(units) {
+        if bears && !self.joint.has_all() && self.bearers(units, pool) {
             self.bear(units, model, state);
         }
     }
 
     /// Finds those that bear something heavy on their rows. Returns whether there are any.
-    fn bearers(&mut self, units: &[Unit]) -> bool {
+    fn bearers(&mut self, units: &[Unit], pool: &Pool) -> bool {
         let Self { contact, where_is, joint, .. } = self;
-        where_is.gather(&mut contact.rows, units);
+        where_is.gather(&mut contact.rows, units, pool);
         joint.gather(&contact.rows, &contact.places)
     }
 
@@ -221,7 +211,7 @@ impl Touch {
             return;
         }
         for round in 0..rounds {
-            where_is.gather(rows, units);
+            where_is.gather(rows, units, pool);
             if round >= AT_LEAST && descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
                 return;
             }
@@ -231,15 +221,15 @@ impl Touch {
                 _ => {}
             }
             if may_agree {
-                where_is.agree(rows, units, model);
+                where_is.agree(rows, units, model, pool);
             }
             // Single springs and rows agree among themselves before coarse levels join in.
-            where_is.sweep(rows, units);
+            where_is.sweep(rows, units, pool);
             for (unit, descent) in units.iter_mut().zip(descents.iter_mut()) {
                 unit.smooth(descent, pool);
             }
-            where_is.gather(rows, units);
-            where_is.sweep(rows, units);
+            where_is.gather(rows, units, pool);
+            where_is.sweep(rows, units, pool);
             for ((unit, descent), obstacles) in units.iter_mut().zip(descents.iter_mut()).zip(obstacles.iter_mut()) {
                 if round % RENEWED == 0 {
                     rows.obstacles(unit.cloth(), obstacles);
@@ -352,73 +342,6 @@ impl Touch {
         }
         self.led.stop(state);
         1.0
-    }
-}
-
-impl WhereIs {
-    fn new(places: Vec<(u32, u32)>) -> Self {
-        let loose: Vec<u32> = (0..).zip(&places).filter(|(_, place)| place.0 == NONE).map(|(particle, _)| particle).collect();
-        let ways = if loose.is_empty() { Vec::new() } else { vec![Vec3::ZERO; places.len()] };
-        Self { places, loose, ways }
-    }
-
-    /// Takes where particles that no spring is tied to are proposed to go.
-    fn load(&mut self, positions: &Vectors, ends: &Vectors) {
-        for particle in self.loose.iter().map(|&particle| particle as usize) {
-            self.ways[particle] = ends.get(particle) - positions.get(particle);
-        }
-    }
-
-    /// Particles that no spring is tied to, and how far they go so far [m].
-    fn loose(&self) -> impl Iterator<Item = (usize, Vec3)> {
-        self.loose.iter().map(|&particle| (particle as usize, self.ways[particle as usize]))
-    }
-
-    /// The unit of a particle, if it has one, and its number in the cloth.
-    fn of(&self, particle: usize) -> Option<(usize, usize)> {
-        let (unit, own) = self.places[particle];
-        (unit != NONE).then_some((unit as usize, own as usize))
-    }
-
-    fn displacement(&self, units: &[Unit], particle: usize) -> Vec3 {
-        self.of(particle).map_or_else(|| self.ways[particle], |(unit, own)| units[unit].levels().displacement(own))
-    }
-
-    fn shift(&mut self, units: &mut [Unit], particle: usize, way: Vec3) {
-        match self.of(particle) {
-            Some((unit, own)) => units[unit].levels_mut().shift(own, way),
-            None => self.ways[particle] += way,
-        }
-    }
-
-    /// Gives rows the displacements that the levels have.
-    fn gather(&self, rows: &mut Rows, units: &[Unit]) {
-        rows.gather(|particle| self.displacement(units, particle));
-    }
-
-    /// Has the few rows that are not kept and the springs around them agree, where these alone keep a cloth from going on.
-    fn agree(&mut self, rows: &mut Rows, units: &mut [Unit], model: &Model) {
-        if !rows.find_unkept((FEW * rows.len() as f32) as usize + 1) {
-            return;
-        }
-        for (index, unit) in units.iter_mut().enumerate() {
-            unit.gather_around(
-                rows.near_particles().filter(|&particle| self.of(particle).is_some_and(|(unit, _)| unit == index)),
-            );
-        }
-        for _ in 0..LOCAL_SWEEPS {
-            rows.gather_near(|particle| self.displacement(units, particle));
-            rows.sweep_near();
-            rows.scatter_near(|particle, way| self.shift(units, particle, way));
-            units.iter_mut().for_each(|unit| unit.smooth_around(model));
-        }
-        self.gather(rows, units);
-    }
-
-    /// Projects rows, and tells the levels.
-    fn sweep(&mut self, rows: &mut Rows, units: &mut [Unit]) {
-        rows.sweep();
-        rows.scatter(|particle, way| self.shift(units, particle, way));
     }
 }
 

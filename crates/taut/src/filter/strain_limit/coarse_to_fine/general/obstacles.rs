@@ -35,13 +35,19 @@ struct Blocked {
     push: f32,
 }
 
-/// The rows of a coarse level: as they came, those that count, in the order of their keys, and which of those stands for each.
+/// The rows of a coarse level: as they came; in the order of their keys; and where those that are alike are in that order.
 #[derive(Debug, Default)]
 struct Rows {
     list: Vec<Blocked>,
     order: Vec<u32>,
-    kept: Vec<u32>,
-    kept_for: Vec<u32>,
+    kept: Vec<Kept>,
+}
+
+/// Rows that are alike: the first of them counts.
+#[derive(Debug, Clone, Copy)]
+struct Kept {
+    first: u32,
+    count: u32,
 }
 
 /// The rows of all coarse levels, from the second finest on.
@@ -79,7 +85,8 @@ impl Obstacles {
                     let nodes = nodes.map(|&(particle, part)| (places[particle as usize], part));
                     take(raise(nodes, &levels[index]), row.normal.extend(0.0), row.room, number, row.push);
                 }),
-                Some(finer) => finer.kept.iter().for_each(|&number| {
+                Some(finer) => finer.kept.iter().for_each(|kept| {
+                    let number = finer.order[kept.first as usize];
                     let row = &finer.list[number as usize];
                     take(raise(row.nodes[..row.count].iter().copied(), &levels[index]), row.normal, row.room, number, row.total);
                 }),
@@ -91,9 +98,9 @@ impl Obstacles {
     /// Takes back what a coarse level has used beyond the room of its rows.
     pub fn resist(&mut self, index: usize, level: &mut GeneralLevel) {
         let GeneralLevel { d, before, .. } = level;
-        let Rows { list, kept, .. } = &mut self.levels[index - 1];
-        for &row in &*kept {
-            let row = &mut list[row as usize];
+        let Rows { list, order, kept } = &mut self.levels[index - 1];
+        for kept in &*kept {
+            let row = &mut list[order[kept.first as usize] as usize];
             let nodes = &row.nodes[..row.count];
             let gained: f32 =
                 nodes.iter().map(|&(node, part)| (d[node as usize] - before[node as usize]).dot(row.normal) * part).sum();
@@ -112,22 +119,22 @@ impl Obstacles {
 impl Rows {
     /// Of rows with the same key the one with the least room; the first of equal ones. All with that key have their share of its push.
     fn keep_nearest(&mut self) {
-        let Self { list, order, kept, kept_for } = self;
+        let Self { list, order, kept } = self;
         order.clear();
         order.extend(0..list.len() as u32);
         let row = |row: u32| &list[row as usize];
         order.sort_unstable_by(|&a, &b| row(a).key.cmp(&row(b).key).then(row(a).room.total_cmp(&row(b).room)).then(a.cmp(&b)));
-        kept_for.clear();
-        kept_for.resize(list.len(), 0);
+        let mut first = 0;
         for alike in order.chunk_by(|&a, &b| row(a).key == row(b).key) {
-            kept.push(alike[0]);
-            alike.iter().for_each(|&other| kept_for[other as usize] = alike[0]);
+            kept.push(Kept { first, count: alike.len() as u32 });
+            first += alike.len() as u32;
         }
-        for alike in order.chunk_by(|&a, &b| kept_for[a as usize] == kept_for[b as usize]) {
+        for &Kept { first, count } in &*kept {
+            let alike = &order[first as usize..][..count as usize];
             let all: f32 = alike.iter().map(|&row| list[row as usize].share).sum();
             for &row in alike {
                 let row = &mut list[row as usize];
-                row.share = if all > 0.0 { row.share / all } else { (alike.len() as f32).recip() };
+                row.share = if all > 0.0 { row.share / all } else { (count as f32).recip() };
             }
             list[alike[0] as usize].total = all;
         }
@@ -139,17 +146,17 @@ impl Obstacles {
     pub fn tell(&mut self, tell: &mut dyn FnMut(u32, f32)) {
         for index in (0..self.levels.len()).rev() {
             let (finer, here) = self.levels.split_at_mut(index);
-            let Rows { list, kept, kept_for, .. } = &mut here[0];
-            for row in 0..list.len() {
-                let push = list[kept_for[row] as usize].push * list[row].share;
-                if push > 0.0 {
+            let Rows { list, order, kept } = &mut here[0];
+            for &Kept { first, count } in &*kept {
+                let alike = &order[first as usize..][..count as usize];
+                let all = std::mem::take(&mut list[alike[0] as usize].push);
+                for row in alike.iter().filter(|_| all > 0.0).map(|&row| &list[row as usize]) {
                     match finer.last_mut() {
-                        None => tell(list[row].stands_for, push),
-                        Some(finer) => finer.list[list[row].stands_for as usize].push += push,
+                        None => tell(row.stands_for, all * row.share),
+                        Some(finer) => finer.list[row.stands_for as usize].push += all * row.share,
                     }
                 }
             }
-            kept.iter().for_each(|&row| list[row as usize].push = 0.0);
         }
     }
 }

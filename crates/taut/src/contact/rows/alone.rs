@@ -1,0 +1,109 @@
+//! Rows that are alone with their vertex: such a row moves one vertex, and no other row does.
+//!
+//! They come first, and so do their vertices, in the same order: row and vertex have the same number. So any number of threads may
+//! sweep them with the same result. Most rows of cloth on a ball, a capsule or a plane are such (vertices.rs).
+
+use glam::Vec3;
+
+use super::{NONE, Places, Row, Rows};
+use crate::geometry::{Pool, for_each_two_chunks};
+
+/// How many there are, and the workspace.
+#[derive(Debug, Default)]
+pub(super) struct Alone {
+    pub count: usize,
+    /// Of each vertex in the workspace: in how many rows it is, and its number from now on.
+    counts: Vec<u32>,
+    numbers: Vec<u32>,
+    /// What is put in order.
+    rows: Vec<Row>,
+    vertices: Vec<u32>,
+}
+
+impl Rows {
+    /// Puts rows in an order that does not depend on how they were found, and leaves one of those that are alike.
+    pub fn sort(&mut self) {
+        let Self { list, alone, .. } = self;
+        let Alone { numbers: order, rows, .. } = alone;
+        order.clear();
+        order.extend(0..list.len() as u32);
+        let row = |index: u32| &list[index as usize];
+        order.sort_unstable_by(|&a, &b| row(a).key.cmp(&row(b).key).then(row(a).gap.total_cmp(&row(b).gap)).then(a.cmp(&b)));
+        order.dedup_by(|a, b| row(*a).key == row(*b).key);
+        rows.clear();
+        rows.extend(order.iter().map(|&index| row(index)));
+        std::mem::swap(list, rows);
+    }
+
+    /// Puts those that are alone first, all others in the order that they have; and gives bodies their displacements in this step.
+    pub fn arrange(&mut self, places: &Places) {
+        self.put_first();
+        self.load_bodies(places);
+        let Self { list, d, alone, .. } = self;
+        for (own, row) in list[..alone.count].iter_mut().enumerate() {
+            let (mut part, mut moved) = (0.0, Vec3::ZERO);
+            for end in 0..4 {
+                match row.ends[end] as usize {
+                    local if local == own => part += row.parts[end],
+                    local => moved += d[local] * row.parts[end],
+                }
+            }
+            (row.own, row.moved) = (part, moved);
+        }
+    }
+
+    fn put_first(&mut self) {
+        let Self { list, vertices, locals, weights, alone, .. } = self;
+        let Alone { count, counts, numbers, rows, vertices: order } = alone;
+        counts.clear();
+        counts.resize(vertices.len(), 0);
+        list.iter().flat_map(Row::locals).for_each(|local| counts[local] += 1);
+        // Its only vertex that can move, if that is in no other row.
+        let own = |row: &Row| {
+            let mut movable = row.locals().filter(|&local| weights[local] > 0.0);
+            let first = movable.next().filter(|&local| counts[local] == 1);
+            first.filter(|_| movable.next().is_none())
+        };
+        numbers.clear();
+        numbers.resize(vertices.len(), NONE);
+        order.clear();
+        rows.clear();
+        for row in list.iter() {
+            if let Some(local) = own(row) {
+                numbers[local] = order.len() as u32;
+                order.push(vertices[local]);
+                rows.push(*row);
+            }
+        }
+        *count = rows.len();
+        rows.extend(list.iter().filter(|row| own(row).is_none()));
+        for (number, &vertex) in numbers.iter_mut().zip(&*vertices).filter(|(number, _)| **number == NONE) {
+            *number = order.len() as u32;
+            order.push(vertex);
+        }
+        for row in &mut *rows {
+            row.ends = row.ends.map(|end| numbers[end as usize]);
+        }
+        std::mem::swap(list, rows);
+        std::mem::swap(vertices, order);
+        for ((local, &vertex), weight) in (0..).zip(&*vertices).zip(weights) {
+            locals[vertex as usize] = local;
+            *weight = self.all_weights[vertex as usize];
+        }
+    }
+
+    /// Projects all rows.
+    pub fn sweep(&mut self, pool: &Pool) {
+        let Self { list, d, weights, alone, .. } = self;
+        let (first, others) = list.split_at_mut(alone.count);
+        for_each_two_chunks(first, &mut d[..alone.count], pool, |start, rows, d| {
+            for ((row, d), weight) in rows.iter_mut().zip(d).zip(&weights[start..]) {
+                let impulse = row.respond(*d * row.own + row.moved);
+                if impulse != Vec3::ZERO {
+                    *d += impulse * (row.own * weight);
+                }
+            }
+        });
+        others.iter_mut().for_each(|row| row.project(d, weights));
+    }
+}

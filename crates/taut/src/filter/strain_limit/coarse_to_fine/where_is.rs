@@ -1,0 +1,125 @@
+//! Where the particles are that rows of contact move: in the levels of which cloth, or in none.
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use super::unit::Unit;
+use crate::contact::Rows;
+use crate::geometry::{Pool, Vectors};
+use crate::model::Model;
+
+/// What has no unit.
+pub(super) const NONE: u32 = u32::MAX;
+/// Where no more than this part of the rows are not kept [1], they and the springs around them are swept so often by themselves.
+const FEW: f32 = 0.02;
+const LOCAL_SWEEPS: usize = 8;
+
+/// The unit of each particle, and the particle's number in its cloth; and the particles that no spring is tied to, with how far each
+/// particle goes so far if there are any [m].
+pub(super) struct WhereIs {
+    places: Vec<(u32, u32)>,
+    loose: Vec<u32>,
+    ways: Vec<Vec3>,
+    /// The vertices in rows in runs of particles of one unit, or of none: the unit, and which they are; and of each its number in the cloth,
+    /// or of all if it has no unit.
+    runs: Vec<(u32, Range<usize>)>,
+    in_rows: Vec<u32>,
+}
+
+impl WhereIs {
+    pub fn new(places: Vec<(u32, u32)>) -> Self {
+        let loose: Vec<u32> = (0..).zip(&places).filter(|(_, place)| place.0 == NONE).map(|(particle, _)| particle).collect();
+        let ways = if loose.is_empty() { Vec::new() } else { vec![Vec3::ZERO; places.len()] };
+        Self { places, loose, ways, runs: Vec::new(), in_rows: Vec::new() }
+    }
+
+    /// Takes where particles that no spring is tied to are proposed to go.
+    pub fn load(&mut self, positions: &Vectors, ends: &Vectors) {
+        for particle in self.loose.iter().map(|&particle| particle as usize) {
+            self.ways[particle] = ends.get(particle) - positions.get(particle);
+        }
+    }
+
+    /// Particles that no spring is tied to, and how far they go so far [m].
+    pub fn loose(&self) -> impl Iterator<Item = (usize, Vec3)> {
+        self.loose.iter().map(|&particle| (particle as usize, self.ways[particle as usize]))
+    }
+
+    /// The unit of a particle, if it has one, and its number in the cloth.
+    pub fn of(&self, particle: usize) -> Option<(usize, usize)> {
+        let (unit, own) = self.places[particle];
+        (unit != NONE).then_some((unit as usize, own as usize))
+    }
+
+    fn displacement(&self, units: &[Unit], particle: usize) -> Vec3 {
+        self.of(particle).map_or_else(|| self.ways[particle], |(unit, own)| units[unit].levels().displacement(own))
+    }
+
+    fn shift(&mut self, units: &mut [Unit], particle: usize, way: Vec3) {
+        match self.of(particle) {
+            Some((unit, own)) => units[unit].levels_mut().shift(own, way),
+            None => self.ways[particle] += way,
+        }
+    }
+
+    /// Takes which vertices are in rows.
+    pub fn take(&mut self, rows: &Rows) {
+        self.runs.clear();
+        self.in_rows.clear();
+        for (local, &vertex) in rows.vertices().iter().enumerate() {
+            // Those of bodies come after all particles.
+            let place = self.places.get(vertex as usize).copied();
+            self.in_rows.push(place.map_or(NONE, |(unit, own)| if unit == NONE { vertex } else { own }));
+            let Some((unit, _)) = place else { continue };
+            match self.runs.last_mut() {
+                Some((last, run)) if *last == unit && run.end == local => run.end += 1,
+                _ => self.runs.push((unit, local..local + 1)),
+            }
+        }
+    }
+
+    /// Gives rows the displacements that the levels have.
+    pub fn gather(&self, rows: &mut Rows, units: &[Unit], pool: &Pool) {
+        for (unit, run) in &self.runs {
+            rows.take(run.clone(), pool, |part, ways| {
+                let own = &self.in_rows[part];
+                match units.get(*unit as usize) {
+                    Some(unit) => unit.levels().displacements(own, ways),
+                    None => own.iter().zip(ways).for_each(|(&particle, way)| *way = self.ways[particle as usize]),
+                }
+            });
+        }
+    }
+
+    /// Has the few rows that are not kept and the springs around them agree, where these alone keep a cloth from going on.
+    pub fn agree(&mut self, rows: &mut Rows, units: &mut [Unit], model: &Model, pool: &Pool) {
+        if !rows.find_unkept((FEW * rows.len() as f32) as usize + 1) {
+            return;
+        }
+        for (index, unit) in units.iter_mut().enumerate() {
+            unit.gather_around(
+                rows.near_particles().filter(|&particle| self.of(particle).is_some_and(|(unit, _)| unit == index)),
+            );
+        }
+        for _ in 0..LOCAL_SWEEPS {
+            rows.gather_near(|particle| self.displacement(units, particle));
+            rows.sweep_near();
+            rows.scatter_near(|particle, way| self.shift(units, particle, way));
+            units.iter_mut().for_each(|unit| unit.smooth_around(model));
+        }
+        self.gather(rows, units, pool);
+    }
+
+    /// Projects rows, and tells the levels.
+    pub fn sweep(&mut self, rows: &mut Rows, units: &mut [Unit], pool: &Pool) {
+        rows.sweep(pool);
+        for (unit, run) in &self.runs {
+            let (own, [before, now]) = (&self.in_rows[run.clone()], rows.ways(run.clone()));
+            match units.get_mut(*unit as usize) {
+                Some(unit) => unit.levels_mut().shift_all(own, [before, now]),
+                None => own.iter().zip(now).for_each(|(&particle, now)| self.ways[particle as usize] = *now),
+            }
+        }
+    }
+}
