@@ -20,6 +20,7 @@ Group attributes:
 import json
 import zlib
 from collections.abc import Container
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,8 @@ import zarr
 from numpy.typing import NDArray
 from zarr.abc.buffer import Buffer
 from zarr.codecs import BloscCodec, Crc32cCodec
-from zarr.storage import MemoryStore
+from zarr.core.metadata import ArrayV3Metadata
+from zarr.storage import MemoryStore, StorePath
 
 from taut.cache import metadata
 from taut.cache.header import Header
@@ -182,6 +184,19 @@ def checksum(name: str, row: int, values: NDArray[Any]) -> int:
     """CRC-32 of what a row of an array holds and of which row that is. A constant array is row 0."""
     which = f"{name} {row} {values.dtype} {values.shape}"
     return zlib.crc32(np.ascontiguousarray(values).tobytes(), zlib.crc32(which.encode()))
+
+
+def array(place: StorePath, node: dict[str, Any]) -> zarr.Array[Any]:
+    """The array at a place, of which this is the ``zarr.json``."""
+    return zarr.Array(zarr.AsyncArray(_parsed(json.dumps(node)), place))
+
+
+@lru_cache(maxsize=256)
+def _parsed(node: str) -> ArrayV3Metadata:
+    # Zarr takes a millisecond over each, and most of a cache's arrays are alike.
+    found = zarr.Array.from_dict(StorePath(MemoryStore()), json.loads(node)).metadata
+    assert isinstance(found, ArrayV3Metadata)
+    return found
 
 
 def empty(header: Header) -> dict[str, bytes]:

@@ -368,7 +368,7 @@ def _arrays(path: Path, document: dict[str, Any]) -> dict[str, zarr.Array[Any]]:
         if name in missing:
             continue
         try:
-            array = zarr.Array.from_dict(StorePath(store, name), nodes[name])
+            array = layout.array(StorePath(store, name), nodes[name])
             usual = (str(array.dtype), array.ndim) == (kind, dimensions)
         except Exception:  # metadata that are read on trust may hold anything
             usual = False

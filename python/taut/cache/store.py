@@ -48,6 +48,9 @@ class DurableFolder:
         Raises:
             OSError: one of them cannot be written; others may be.
         """
+        if len(files) == 1:
+            self.write(*next(iter(files.items())))
+            return
         with ThreadPoolExecutor(_AT_A_TIME) as pool:
             list(pool.map(self.write, files, files.values()))
 

@@ -70,7 +70,8 @@ class CacheWriter:
         self._arrays = {name: self._longer(name) for name in layout.growing(self._nodes)}
         summed = self._nodes.get(layout.CHECKSUMS, {"attributes": {"arrays": []}})
         self._summed: list[str] = summed["attributes"]["arrays"]
-        self._begun = {name: self._rows_of_last_chunk(name, frames) for name in self._arrays}
+        written = Cache.open(path) if frames else None
+        self._begun = {name: self._rows_of_last_chunk(written, name, frames) for name in self._arrays}
         self._vertices: int = self._nodes["positions"]["shape"][1]
         self._cloths = len(self._document["attributes"]["cloths"])
         self._committed = frames
@@ -188,8 +189,14 @@ class CacheWriter:
             return
         frames = self.frames
         with self._writing():
-            for name in self._arrays:
-                self._write_rows(name, frames)
+            small: dict[str, bytes] = {}
+            for name, array in self._arrays.items():
+                files = self._encoded_rows(name, frames)
+                if array.chunks[0] > 1:
+                    small |= files  # a file or two of each array: together they are flushed at the same time
+                else:
+                    self._folder.write_all(files)
+            self._folder.write_all(small)
             self._folder.flush()
             self._publish(frames, self._pending[-1]["diagnostics/state_hash"])
         self._committed, self._pending = frames, []
@@ -221,27 +228,26 @@ class CacheWriter:
         document = self._nodes[name]
         # Only local positions that stand for positions stay off the disk, see `layout.LOCAL`.
         with zarr.config.set({"array.write_empty_chunks": name != layout.LOCAL}):
-            return zarr.Array.from_dict(
-                StorePath(MemoryStore(self._encoded), name),
-                {**document, "shape": [_BEYOND, *document["shape"][1:]]},
-            )
+            memory = StorePath(MemoryStore(self._encoded), name)
+            return layout.array(memory, {**document, "shape": [_BEYOND, *document["shape"][1:]]})
 
-    def _rows_of_last_chunk(self, name: str, frames: int) -> NDArray[Any]:
+    def _rows_of_last_chunk(self, written: Cache | None, name: str, frames: int) -> NDArray[Any]:
         """Rows of the chunk that the next frame goes to: it is written anew with each commit."""
         array = self._arrays[name]
         begun = frames % array.chunks[0]
-        if begun == 0:
+        if begun == 0 or written is None:
             return np.empty((0, *array.shape[1:]), array.dtype)
-        return Cache.open(self._path).rows(name, frames - begun, frames)
+        return written.rows(name, frames - begun, frames)
 
-    def _write_rows(self, name: str, frames: int) -> None:
+    def _encoded_rows(self, name: str, frames: int) -> dict[str, bytes]:
+        """The chunks that hold what was appended to an array, by the names of their files."""
         array = self._arrays[name]
         rows = np.concatenate([self._begun[name], np.stack([row[name] for row in self._pending])])
         array[frames - len(rows) : frames] = rows
         files = {key: content.to_bytes() for key, content in self._encoded.items()}
         self._encoded.clear()
-        self._folder.write_all(files)
         self._begun[name] = rows[len(rows) - frames % array.chunks[0] :].copy()
+        return files
 
     def _publish(self, frames: int, state_hash: int) -> None:
         for name in self._arrays:
