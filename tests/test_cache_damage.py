@@ -83,9 +83,16 @@ def damaged(file: Path) -> Iterator[None]:
         file.write_bytes(before)
 
 
-def seen(path: Path, original: dict[str, Any], file: Path) -> bool:
-    """Whether an error says what is wrong; what is read without one must be what was written."""
+def seen(path: Path, original: dict[str, Any], file: Path, first: bool = False) -> bool:
+    """Whether an error says what is wrong; what is read without one must be what was written.
+
+    Where many damages are tried, the array of the file comes `first`, through which all others read it: its
+    error is the same, and only what has none there is looked for in the whole cache.
+    """
     try:
+        if first and is_chunk(file):
+            opened, name = Cache.open(path), str(file.parent.relative_to(path))
+            opened.rows(name, 0, opened._arrays[name].shape[0])
         found = everything(path)
     except CacheError as error:
         assert str(file) in str(error) or (file.parent == path and str(path) in str(error)), error
@@ -121,7 +128,7 @@ def test_flipped_bits_are_seen(cache: Path, which: str) -> None:
             for _ in range(dice.choice([1, 1, 2, 5])):
                 data[dice.randrange(len(data))] ^= 1 << dice.randrange(8)
             file.write_bytes(data)
-            assert seen(cache, original, file) or not is_chunk(file), file
+            assert seen(cache, original, file, first=True) or not is_chunk(file), file
 
 
 def test_a_chunk_in_the_place_of_another_is_seen(cache: Path) -> None:
@@ -135,7 +142,7 @@ def test_a_chunk_in_the_place_of_another_is_seen(cache: Path) -> None:
     for file, other in pairs:
         with damaged(file):
             file.write_bytes(other.read_bytes())
-            wrong += seen(cache, original, file)
+            wrong += seen(cache, original, file, first=True)
     assert wrong > len(pairs) / 2, "few chunks hold the same"
 
 
@@ -146,7 +153,7 @@ def test_what_is_cut_short_is_seen(cache: Path) -> None:
         for length in sorted({0, 1, 5, len(whole) // 2, len(whole) - 1}):
             with damaged(file):
                 file.write_bytes(whole[:length])
-                assert seen(cache, original, file), (file, length)
+                assert seen(cache, original, file, first=length != 1), (file, length)
 
 
 def put_folder(file: Path) -> None:
