@@ -116,14 +116,14 @@ def python(code: str, *arguments: str, text: str = "") -> str:
 def test_the_memory_that_is_said_is_what_processes_take(
     kind: str, cloth: dict[str, Any], solver: dict[str, Any]
 ) -> None:
-    shape: dict[str, Any] = {"grid": {"cells": [400, 400]}}
+    shape: dict[str, Any] = {"grid": {"cells": [250, 250]}}
     meshes: dict[str, Any] = {}
     if kind == "mesh":
         shape = {"mesh": "sheet"}
-        vertices, faces = mesh(250)
+        vertices, faces = mesh(150)
         meshes["sheet"] = vertices.tolist(), faces.tolist()
     elif kind == "network":
-        shape = net(250)
+        shape = net(150)
     document = {"cloth": [shape | cloth | {"strain_limit": 0.05}], "solver": solver, "meshes": meshes}
     said, taken = json.loads(python(MEASURE, text=json.dumps(document)))
     assert abs(said / taken - 1) < CLOSE, f"{said / 1e6:.0f} MB said, {taken / 1e6:.0f} MB taken"
