@@ -1,4 +1,4 @@
-//! Rows that are alone with their vertex: such a row moves one vertex, and no other row does.
+//! Rows that are alone with their vertex: beside a body such a row has one particle, and no other row has that.
 //!
 //! They come first, and so do their vertices, in the same order: row and vertex have the same number. So any number of threads may
 //! sweep them with the same result. Most rows of cloth on a ball, a capsule or a plane are such (vertices.rs).
@@ -58,11 +58,11 @@ impl Rows {
         counts.clear();
         counts.resize(vertices.len(), 0);
         list.iter().flat_map(Row::locals).for_each(|local| counts[local] += 1);
-        // Its only vertex that can move, if that is in no other row.
+        // Its only particle, if that is in no other row. Particles that are held go their own ways, which are not known yet.
         let own = |row: &Row| {
-            let mut movable = row.locals().filter(|&local| weights[local] > 0.0);
-            let first = movable.next().filter(|&local| counts[local] == 1);
-            first.filter(|_| movable.next().is_none())
+            let mut particles = row.locals().filter(|&local| (vertices[local] as usize) < self.particles);
+            let first = particles.next().filter(|&local| counts[local] == 1);
+            first.filter(|_| particles.next().is_none())
         };
         numbers.clear();
         numbers.resize(vertices.len(), NONE);
