@@ -239,3 +239,21 @@ def test_a_ball_that_turns_takes_its_cloth_along() -> None:
     made = stage("spinning ball", 25, True)
     angles = [turned(made.simulation(1, solver={"substeps": substeps}), 150) for substeps in (1, 4)]
     assert angles[0] == pytest.approx(angles[1], rel=0.1)
+
+
+@pytest.mark.parametrize("cells", [6, 12])
+def test_held_cloth_that_rises_lifts_other_cloth_at_its_thickness(cells: int) -> None:
+    def square(name: str, across: int, size: float, height: float) -> dict[str, Any]:
+        origin = [0.013 - size / 2, 0.013 - size / 2, height]
+        grid = {"cells": [across, across], "size": [size, size], "origin": origin, "axes": ["x", "y"]}
+        return {"name": name, "grid": grid, "density": 0.2, "strain_limit": 0.05, "thickness": 0.004}
+
+    # Its two triangles are so large that each vertex of the other cloth has one row, with held ones alone.
+    held = square("held", 1, 2.0, 0.0)
+    held["pins"] = [{"box": [[-3, -3, -1], [3, 3, 1]], "move": [[0.0, [0, 0, 0]], [0.4, [0, 0, 0.5]]]}]
+    simulation = Simulation(Scene({"cloth": [held, square("free", cells, 0.5, 0.01)]}))
+    for _ in range(20):
+        simulation.step()
+        assert simulation.report.closest > 0.95 * 0.004
+    heights = simulation.exact_positions[4:, 2] - simulation.exact_positions[0, 2]
+    assert heights.min() < 1.05 * 0.004, "it has been lifted"

@@ -1,6 +1,6 @@
-//! Rows that are alone with their vertex: beside a body such a row has one particle, and no other row has that.
+//! The order of rows. First come those that are alone with their vertex: beside a body such a row has one particle, and no other row has that.
 //!
-//! They come first, and so do their vertices, in the same order: row and vertex have the same number. So any number of threads may
+//! Their vertices come first as well, in the same order: row and vertex have the same number. So any number of threads may
 //! sweep them with the same result. Most rows of cloth on a ball, a capsule or a plane are such (vertices.rs).
 
 use glam::Vec3;
