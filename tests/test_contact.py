@@ -8,7 +8,7 @@ from taut import Scene, Simulation
 from taut.scene import find_scene
 
 from tools.targets.contact.drapes import stage, turned
-from tools.targets.contact.friction import slides, slope
+from tools.targets.contact.friction import let_go, pinched, slides, slope
 from tools.targets.contact.judge import Oracle, distance
 from tools.targets.contact.scenes import ball, sheet
 from tools.targets.table import FULL
@@ -239,6 +239,29 @@ def test_a_ball_that_turns_takes_its_cloth_along() -> None:
     made = stage("spinning ball", 25, True)
     angles = [turned(made.simulation(1, solver={"substeps": substeps}), 150) for substeps in (1, 4)]
     assert angles[0] == pytest.approx(angles[1], rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("cells", "mesh", "room", "mu"), [(20, False, 0.9, 0.5), (20, True, 0.9, 0.1), (29, True, 0.5, 0.3)]
+)
+def test_what_two_bodies_grip_hangs_on_them_and_goes_with_them(
+    cells: int, mesh: bool, room: float, mu: float
+) -> None:
+    simulation = pinched(cells, mesh, room, mu, up=0.2).simulation()
+    between = let_go(simulation)
+    before = simulation.exact_positions[between]
+    simulation.run(30)
+    assert np.abs(simulation.exact_positions[between] - before).max() < 1e-6
+    simulation.run(65)
+    assert np.abs(simulation.exact_positions[between] - before - [0, 0, 0.2]).max() < 1e-5
+
+
+def test_what_has_no_friction_is_not_gripped() -> None:
+    simulation = pinched(20, False, 0.9, 0.0).simulation()
+    between = let_go(simulation)
+    before = simulation.exact_positions[between]
+    simulation.run(30)
+    assert (simulation.exact_positions[between] - before)[:, 2].max() < -0.5
 
 
 @pytest.mark.parametrize("cells", [6, 12])

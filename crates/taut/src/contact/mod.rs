@@ -27,7 +27,7 @@ use glam::DVec3;
 use crate::geometry::{Pool, Vectors, Watch};
 use crate::model::Model;
 pub use rows::Touching;
-pub(crate) use rows::{Carrier, Obstacle, RigidMotion, Rows, Support};
+pub(crate) use rows::{Carrier, Grip, Obstacle, RigidMotion, Rows, Support};
 pub use start::{Fault, Intersection, Intersections, Meeting, Other};
 use surfaces::Surfaces;
 use untangle::Tangle;

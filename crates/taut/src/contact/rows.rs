@@ -8,6 +8,7 @@
 mod alone;
 mod carriers;
 mod crept;
+mod gripped;
 mod near;
 mod pinched;
 mod supports;
@@ -31,6 +32,8 @@ use alone::Alone;
 use carriers::Told;
 pub(crate) use carriers::{Carrier, RigidMotion};
 use crept::Crept;
+pub(crate) use gripped::Grip;
+use gripped::Gripped;
 use near::Near;
 use pinched::Pinched;
 pub(crate) use supports::Support;
@@ -64,6 +67,8 @@ struct Row {
     /// What the row has pushed, and held back along it, in this step [kg m].
     push: f32,
     hold: Vec3,
+    /// What stands for its push where two bodies grip what it keeps off one of them [kg m].
+    grips: f32,
     /// The same as the last cycle began.
     before: (f32, Vec3),
     /// The cloth, if there is one only.
@@ -105,6 +110,7 @@ pub(crate) struct Rows {
     parts: Vec<Vec<Wanted>>,
     alone: Alone,
     pinched: Pinched,
+    gripped: Gripped,
     near: Near,
     crept: Crept,
     told: Told,
@@ -124,6 +130,7 @@ impl Rows {
             parts: Vec::new(),
             alone: Alone::default(),
             pinched: Pinched::default(),
+            gripped: Gripped::default(),
             near: Near::default(),
             crept: Crept::default(),
             told: Told::default(),
@@ -145,6 +152,7 @@ impl Rows {
         self.list.clear();
         self.alone.count = 0;
         self.pinched.any = false;
+        self.gripped.list.clear();
         self.d.clear();
         self.before.clear();
         self.weights.clear();
@@ -225,7 +233,6 @@ impl Rows {
         }
         key.iter_mut().for_each(|side| side.sort_unstable());
         key.sort_unstable();
-        let weight: f32 = (0..4).map(|end| singles[end] * singles[end] * self.weight(singles[end], ends[end])).sum();
         let row = Row {
             key,
             ends,
@@ -236,10 +243,11 @@ impl Rows {
             distance: distance as f32,
             thickness: thickness as f32,
             floor: floor as f32,
-            give: if weight > 0.0 { 1.0 / weight } else { 0.0 },
+            give: self.give(ends, singles),
             friction: surfaces.friction(owners) as f32,
             push: 0.0,
             hold: Vec3::ZERO,
+            grips: 0.0,
             before: (0.0, Vec3::ZERO),
             cloth: surfaces.cloth_of(owners).unwrap_or(NONE),
             carried: carried.as_vec3() + self.crept.along(corners, singles, normal.as_vec3()),
@@ -249,8 +257,11 @@ impl Rows {
         self.list.push(row);
     }
 
-    fn weight(&self, part: f32, local: u32) -> f32 {
-        if part == 0.0 { 0.0 } else { self.weights[local as usize] }
+    /// What a row gives [kg]; nothing if all is held.
+    fn give(&self, ends: [u32; 4], parts: [f32; 4]) -> f32 {
+        let own = ends.into_iter().zip(parts).filter(|(_, part)| *part != 0.0);
+        let weight: f32 = own.map(|(end, part)| part * part * self.weights[end as usize]).sum();
+        if weight > 0.0 { 1.0 / weight } else { 0.0 }
     }
 
     /// The place of a vertex in the workspace.
@@ -373,6 +384,11 @@ impl Row {
     /// Whether it pushes something that can move.
     fn pushes(&self) -> bool {
         self.push > 0.0 && self.give > 0.0
+    }
+
+    /// Whether it tells how what it keeps off moves.
+    fn carries(&self) -> bool {
+        self.pushes() || self.grips > 0.0
     }
 
     /// Projects it.

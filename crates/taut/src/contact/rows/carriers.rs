@@ -140,7 +140,7 @@ impl Rows {
         let Told { mut together, places: mut told, mut sums } = std::mem::take(&mut self.told);
         together.clear();
         together.extend(0..cloths);
-        for row in self.list.iter().filter(|row| row.pushes()) {
+        for row in self.list.iter().filter(|row| row.carries()) {
             let owners = || row.locals().map(|local| surfaces.owners[self.vertices[local] as usize] as usize);
             let all = || owners().filter(|&owner| owner < cloths);
             let Some(first) = all().map(|owner| together[owner]).min() else { continue };
@@ -150,7 +150,7 @@ impl Rows {
             }
         }
         told.clear();
-        let rows = self.list.iter().filter(|row| row.pushes());
+        let rows = self.list.iter().filter(|row| row.carries());
         told.extend(rows.filter_map(|row| self.told_by(row, surfaces, places)));
         // Most cloth lies on what stands still.
         if !told.iter().any(|at| at.moves) {
@@ -201,7 +201,7 @@ impl Rows {
         way += carried(surfaces, places, [(cloths + body) as u32, cloth as u32], row.normal.as_dvec3());
         let moves = moves || places.turns[body] != DVec3::ZERO;
         // Parts of the body have the other sign.
-        Some(Place { cloth, by: f64::from(row.push), place: place * sign, way: way * -sign, moves })
+        Some(Place { cloth, by: f64::from(row.push.max(row.grips)), place: place * sign, way: way * -sign, moves })
     }
 }
 

@@ -13,7 +13,7 @@ use super::{GOOD, Row, Rows};
 /// whatever is too little.
 const SQUEEZED: f32 = 0.5;
 /// They are opposed where the cosine between the ways in which they push a vertex is below this [1].
-const OPPOSED: f32 = -0.7;
+pub(super) const OPPOSED: f32 = -0.7;
 /// Rows that are not kept in the end ask for this part of what they asked for beyond the floor of the certificate [1].
 const LEFT: f32 = 0.1;
 
@@ -67,7 +67,7 @@ impl Rows {
     }
 
     /// Whether one of its features is a body's.
-    fn is_of_body(&self, row: &Row) -> bool {
+    pub(super) fn is_of_body(&self, row: &Row) -> bool {
         row.locals().any(|local| self.vertices[local] as usize >= self.particles)
     }
 
@@ -78,7 +78,7 @@ impl Rows {
     }
 
     /// What is left of the distance of a row when bodies have moved and cloth has not [m].
-    fn left(&self, row: &Row) -> f32 {
+    pub(super) fn left(&self, row: &Row) -> f32 {
         let of_body = |end: &usize| self.vertices[row.ends[*end] as usize] as usize >= self.particles;
         let moved: Vec3 = (0..4).filter(of_body).map(|end| self.d[row.ends[end] as usize] * row.parts[end]).sum();
         row.distance + row.normal.dot(moved)

@@ -33,6 +33,8 @@ pub(super) struct Finish {
     /// How far each particle is from what is held, along springs [m]; from the first particle where nothing is.
     depth: Vec<f32>,
     held: Vec<bool>,
+    /// What bodies grip of it, and is held only as long as they do.
+    gripped: Vec<usize>,
     queue: Queue,
     /// What was moved, and how far [m].
     moves: Vec<(u32, Vec3)>,
@@ -53,8 +55,20 @@ impl Finish {
         let mut queue = Queue::new(cloth.count);
         // As many moves as particles, and what one more visit may add.
         let room = (ROUNDS + 2) * (0..cloth.count).map(|particle| around.of(particle).len()).max().unwrap_or(0);
-        let depth = depths(&around, &held, &mut queue);
-        Self { around, depth, held, queue, moves: Vec::with_capacity(cloth.count + room) }
+        let mut depth = vec![0.0; cloth.count];
+        find_depths(&around, &held, &mut queue, &mut depth);
+        Self { around, depth, held, gripped: Vec::new(), queue, moves: Vec::with_capacity(cloth.count + room) }
+    }
+
+    /// Starts from what bodies grip as well, in this step and until it is told otherwise.
+    pub fn hold(&mut self, gripped: impl Iterator<Item = usize> + Clone) {
+        if self.gripped.iter().copied().eq(gripped.clone()) {
+            return;
+        }
+        self.gripped.drain(..).for_each(|particle| self.held[particle] = false);
+        self.gripped.extend(gripped);
+        self.gripped.iter().for_each(|&particle| self.held[particle] = true);
+        find_depths(&self.around, &self.held, &mut self.queue, &mut self.depth);
     }
 
     /// The neighbours of each particle and the greatest lengths of the springs to them [m].
@@ -65,7 +79,7 @@ impl Finish {
     /// Makes all springs at most `enough` of their limit long. Returns whether that was done: where it was not, too many particles found
     /// no place that suits all their neighbours further in.
     pub fn run(&mut self, levels: &mut dyn Levels, enough: f32) -> bool {
-        let Self { around, depth, held, queue, moves } = self;
+        let Self { around, depth, held, queue, moves, .. } = self;
         levels.over(enough, &mut |[a, b]| {
             let outer = if comes_before(depth, a, b) { b } else { a };
             // A spring between two held ends is as long as these ask for.
@@ -151,8 +165,8 @@ fn comes_before(depth: &[f32], a: usize, b: usize) -> bool {
 }
 
 /// Shortest ways along springs (Dijkstra); pieces without anything held begin at their first particle.
-fn depths(around: &Adjacency<(u32, f32)>, held: &[bool], queue: &mut Queue) -> Vec<f32> {
-    let mut depth: Vec<f32> = held.iter().map(|held| if *held { 0.0 } else { f32::INFINITY }).collect();
+fn find_depths(around: &Adjacency<(u32, f32)>, held: &[bool], queue: &mut Queue, depth: &mut [f32]) {
+    depth.iter_mut().zip(held).for_each(|(depth, held)| *depth = if *held { 0.0 } else { f32::INFINITY });
     let starts = (0..held.len()).filter(|&particle| held[particle]);
     starts.for_each(|particle| queue.put(particle, 0.0));
     for next in 0..=held.len() {
@@ -170,5 +184,4 @@ fn depths(around: &Adjacency<(u32, f32)>, held: &[bool], queue: &mut Queue) -> V
             queue.put(next, 0.0);
         }
     }
-    depth
 }

@@ -124,6 +124,11 @@ impl Joint {
         (1..=MOST).contains(&springs)
     }
 
+    /// Whether a unit bears something heavy.
+    pub fn is_heavy(&self, unit: usize) -> bool {
+        self.is_heavy[unit]
+    }
+
     /// Whether all units are among those.
     pub fn has_all(&self) -> bool {
         !self.is_in.contains(&false)

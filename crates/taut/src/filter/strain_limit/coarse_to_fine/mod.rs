@@ -141,6 +141,10 @@ struct Cycle {
 trait Levels: Send + Sync {
     /// Takes a proposed step: where it begins and where it ends [m]. Coarse levels aim by `room` of their back-off below R.
     fn load(&mut self, positions: &Vectors, ends: &Vectors, room: f32, pool: &Pool);
+    /// Holds a particle at the end of such a way, until the next step [m].
+    fn hold(&mut self, particle: usize, way: Vec3);
+    /// Lets all go that is held so.
+    fn release(&mut self);
     /// Takes what coarse levels may not do from now on, until the next step; springs alone, if nothing.
     fn obstruct(&mut self, obstacles: &[Obstacle]);
     /// Tells the obstacles that coarse levels have leant on since the last time, and how hard [kg m].

@@ -13,7 +13,7 @@ use super::led::Led;
 use super::motion::{lost, way_of_all};
 use super::unit::{Descent, Unit};
 use super::where_is::{NONE, WhereIs};
-use crate::contact::{Carrier, Contact, Obstacle};
+use crate::contact::{Carrier, Contact, Grip, Obstacle};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
@@ -129,6 +129,7 @@ impl Touch {
         }
         self.contact.rows.take_behind(self.led.behind(model, state));
         limited.pinched = self.contact.rows.share() as u32;
+        self.grip(units);
         let mut rounds = ROUNDS.min(model.solver.iterations() as usize);
         for attempt in 0.. {
             self.resolve(units, model, state, rounds, pool); // 2
@@ -148,6 +149,7 @@ impl Touch {
             }
             if attempt < REPAIRS {
                 self.contact.add_rows_of_cuts();
+                self.contact.rows.hold_gripped();
                 self.where_is.take(&self.contact.rows);
                 self.contact.rows.share();
                 rounds = ROUNDS_OF_REPAIR;
@@ -167,6 +169,21 @@ impl Touch {
         limited.closest = Some(self.contact.cuts.closest).filter(|closest| closest.is_finite());
         limited.held_back_bodies = self.led.arrive(model, part_of_automatic(stride), state);
         limited
+    }
+
+    /// Grips what bodies press between them; not where something heavy hangs on rows, which is solved with them, nor where something
+    /// is brought apart.
+    fn grip(&mut self, units: &mut [Unit]) {
+        if self.contact.brings_apart().is_some() {
+            return;
+        }
+        let Self { contact, where_is, joint, .. } = self;
+        let may = |particle: u32| where_is.of(particle as usize).is_some_and(|(unit, _)| !joint.is_heavy(unit));
+        for &Grip { particle, way } in contact.rows.grip(may) {
+            if let Some((unit, own)) = where_is.of(particle as usize) {
+                units[unit].grip(own, way);
+            }
+        }
     }
 
     /// Finds ends that are within all limits, and that rows keep apart.
@@ -221,7 +238,7 @@ impl Touch {
                 _ => {}
             }
             if may_agree {
-                where_is.agree(rows, units, model, pool);
+                where_is.agree(rows, units, pool);
             }
             // Single springs and rows agree among themselves before coarse levels join in.
             where_is.sweep(rows, units, pool);
@@ -280,6 +297,7 @@ impl Touch {
         // What was pushed has the velocity with which it goes.
         self.pushed.clear();
         self.pushed.extend(self.contact.rows.pushed());
+        self.pushed.extend(self.contact.rows.gripped());
         self.pushed.sort_unstable();
         self.pushed.dedup();
         for &particle in &self.pushed {

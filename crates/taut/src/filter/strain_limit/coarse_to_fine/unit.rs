@@ -33,6 +33,9 @@ pub(super) struct Unit {
     /// Length of its shortest spring [m], and the mass of what is not held [kg].
     shortest: f32,
     mass: f64,
+    /// Inverse masses of its particles, none of those that are gripped in this step; and those, with theirs [1/kg].
+    weights: Vec<f32>,
+    gripped: Vec<(usize, f32)>,
     /// Workspace: what chunks of particles add to sums.
     energies: Vec<[f64; 1]>,
     products: Vec<[f64; 2]>,
@@ -101,6 +104,8 @@ impl Unit {
             few: (FEW * cloth.springs.len() as f32) as usize,
             shortest: model.springs.rest[cloth.springs.clone()].iter().fold(f32::INFINITY, |least, &rest| least.min(rest)),
             mass: model.particles.free_masses(cloth).iter().sum(),
+            weights: model.particles.inverse_mass[cloth.particles()].to_vec(),
+            gripped: Vec::new(),
             energies: vec![[0.0]; levels.motion().weights.len().div_ceil(CHUNK)],
             products: vec![[0.0; 2]; cloth.count.div_ceil(CHUNK)],
             levels,
@@ -141,6 +146,9 @@ impl Unit {
     pub fn begin(&mut self, proposed: Stretch, state: &mut State, ends: &Vectors, pool: &Pool) -> Descent {
         let Calm { cycles: at_least, room, ref mut brake } = state.calm[self.index];
         let brake = std::mem::take(brake);
+        if self.is_gripped() {
+            self.release();
+        }
         self.levels.load(&state.positions, ends, room, pool);
         let frame = self.certificate.frame(&state.positions, ends, &self.levels.motion());
         let energy = frame.map(|frame| self.levels.motion().energy(frame, &mut self.energies, pool));
@@ -162,6 +170,23 @@ impl Unit {
             is_over: false,
             is_needed: true,
         }
+    }
+
+    /// Grips a particle of it, which goes such a way in this step [m].
+    pub fn grip(&mut self, own: usize, way: Vec3) {
+        self.gripped.push((own, std::mem::take(&mut self.weights[own])));
+        self.levels.hold(own, way);
+    }
+
+    /// Whether anything is gripped.
+    pub fn is_gripped(&self) -> bool {
+        !self.gripped.is_empty()
+    }
+
+    /// Lets all go that was gripped.
+    pub fn release(&mut self) {
+        self.gripped.drain(..).for_each(|(own, weight)| self.weights[own] = weight);
+        self.levels.release();
     }
 
     /// Sees a cloth that nothing holds, but that touches something, from the world instead of from its centre of mass: that stops.
@@ -196,10 +221,12 @@ impl Unit {
         }
         let few = descent.sweeps >= self.at_least && left.over <= self.few;
         let finishes = left.over > 0 && (few || is_stuck);
+        if finishes {
+            self.finish.hold(self.gripped.iter().map(|(own, _)| *own));
+        }
         descent.is_done = left.worst <= enough || finishes && self.finish.run(&mut *self.levels, enough);
         if is_stuck && !descent.is_done && !self.is_small && left.over <= STUBBORN {
-            let weights = &model.particles.inverse_mass[self.cloth.particles()];
-            descent.is_done = self.patch.run(&mut *self.levels, self.finish.around(), weights, enough);
+            descent.is_done = self.patch.run(&mut *self.levels, self.finish.around(), &self.weights, enough);
         }
         descent.is_over = descent.is_done || is_stuck;
     }
@@ -218,9 +245,9 @@ impl Unit {
     }
 
     /// .. and sweeps the springs there.
-    pub fn smooth_around(&mut self, model: &Model) {
-        let (aim, weights) = (1.0 - self.levels.back_off(), &model.particles.inverse_mass[self.cloth.particles()]);
-        self.local.sweep(&mut *self.levels, self.finish.around(), weights, aim);
+    pub fn smooth_around(&mut self) {
+        let aim = 1.0 - self.levels.back_off();
+        self.local.sweep(&mut *self.levels, self.finish.around(), &self.weights, aim);
     }
 
     /// Hands the corrected ends of what touches something out: that may give it energy and momentum. Returns the part of the kinetic
@@ -308,7 +335,7 @@ impl Unit {
     }
 
     /// Leaves a part of its way out where it lies on something, of whose proposed energy `left_of_energy` is left as seen from the world or
-    /// from what holds it. What several bodies carry apart has no brake: it would take the speed that these give it.
+    /// from what holds it. What several bodies carry apart, or grip and move, has no brake: it would take the speed that these give it.
     pub fn brake(
         &self,
         lying: Lying<'_>,
@@ -320,7 +347,7 @@ impl Unit {
     ) {
         let frame = match (carriers[self.index], descent.frame) {
             (Carrier::Nothing, Some(frame)) => Some((RigidMotion::along(frame.as_dvec3()), left_of_energy)),
-            (Carrier::Rigid(frame), _) if self.certificate.is_free() => {
+            (Carrier::Rigid(frame), _) if self.certificate.is_free() && !self.is_gripped() => {
                 Some((frame, lying.left_of_energy(&self.cloth, state, ends, &frame)))
             }
             _ => None,

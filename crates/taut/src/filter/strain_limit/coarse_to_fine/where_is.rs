@@ -7,7 +7,6 @@ use glam::Vec3;
 use super::unit::Unit;
 use crate::contact::Rows;
 use crate::geometry::{Pool, Vectors};
-use crate::model::Model;
 
 /// What has no unit.
 pub(super) const NONE: u32 = u32::MAX;
@@ -93,7 +92,7 @@ impl WhereIs {
     }
 
     /// Has the few rows that are not kept and the springs around them agree, where these alone keep a cloth from going on.
-    pub fn agree(&mut self, rows: &mut Rows, units: &mut [Unit], model: &Model, pool: &Pool) {
+    pub fn agree(&mut self, rows: &mut Rows, units: &mut [Unit], pool: &Pool) {
         if !rows.find_unkept((FEW * rows.len() as f32) as usize + 1) {
             return;
         }
@@ -106,7 +105,7 @@ impl WhereIs {
             rows.gather_near(|particle| self.displacement(units, particle));
             rows.sweep_near();
             rows.scatter_near(|particle, way| self.shift(units, particle, way));
-            units.iter_mut().for_each(|unit| unit.smooth_around(model));
+            units.iter_mut().for_each(Unit::smooth_around);
         }
         self.gather(rows, units, pool);
     }

@@ -61,6 +61,9 @@ pub(super) struct GeneralLevels {
     unmeasured: u32,
     /// What coarse levels may not do.
     obstacles: Obstacles,
+    /// Places on the finest level that are held in this step, and how far they go [m]; and places on each level with their inverse masses.
+    held: Vec<(u32, Vec4)>,
+    weights_of_held: Vec<(u32, u32, f32)>,
 }
 
 impl GeneralLevels {
@@ -82,6 +85,8 @@ impl GeneralLevels {
             corrected: Vectors::zeros(count),
             tiles,
             obstacles: Obstacles::new(levels.len()),
+            held: Vec::new(),
+            weights_of_held: Vec::new(),
             levels,
             particles,
             places,
@@ -167,8 +172,34 @@ impl Levels for GeneralLevels {
         self.obstacles.clear();
     }
 
+    fn hold(&mut self, particle: usize, way: Vec3) {
+        let place = self.places[particle];
+        let d = way.extend(0.0);
+        self.levels[0].d[place as usize] = d;
+        self.previous[place as usize] = d;
+        self.held.push((place, d));
+        // On coarse levels what it follows most is held as well.
+        let mut held = place;
+        for (index, level) in (0..).zip(&mut self.levels) {
+            let weight = std::mem::take(&mut level.d[held as usize].w);
+            if weight > 0.0 {
+                self.weights_of_held.push((index, held, weight));
+            }
+            let parents = level.parents.get(held as usize).into_iter().flat_map(|parents| parents.iter());
+            let Some((parent, _)) = parents.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))) else { break };
+            held = parent;
+        }
+    }
+
+    fn release(&mut self) {
+        self.held.clear();
+        for (level, place, weight) in self.weights_of_held.drain(..).rev() {
+            self.levels[level as usize].d[place as usize].w = weight;
+        }
+    }
+
     fn obstruct(&mut self, obstacles: &[Obstacle]) {
-        self.obstacles.set(obstacles, &self.levels, &self.places);
+        self.obstacles.set(obstacles, &self.levels, &self.places, !self.held.is_empty());
         self.solved = true;
     }
 
@@ -199,6 +230,8 @@ impl Levels for GeneralLevels {
             let (fine, coarse) = self.levels.split_at_mut(index);
             fine[index - 1].follow(&mut coarse[0], pool);
         }
+        // What is held does not follow.
+        self.held.iter().for_each(|&(place, d)| self.levels[0].d[place as usize] = d);
         self.levels[0].moved.fill(false);
         self.sweep_finest(true, pool);
         if !is_last && (is_sure || self.unmeasured > 0) {

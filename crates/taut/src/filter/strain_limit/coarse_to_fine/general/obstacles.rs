@@ -13,6 +13,8 @@ use crate::contact::Obstacle;
 const MOST: usize = 16;
 /// Sums of squared parts below this are what is left of sides that move alike.
 const ALIKE: f32 = 0.02;
+/// Where bodies grip, rows of which more than this part is held resist nothing [1]: what is left of them would be thrown.
+const HELD: f32 = 0.75;
 
 /// Particles of a level with their parts of a row.
 type Nodes = ([(u32, f32); MOST], usize);
@@ -68,13 +70,14 @@ impl Obstacles {
         }
     }
 
-    /// Takes rows; `places` are those of the cloth's particles on the finest level.
-    pub fn set(&mut self, rows: &[Obstacle], levels: &[GeneralLevel], places: &[u32]) {
+    /// Takes rows; `places` are those of the cloth's particles on the finest level. `are_gripped` says whether bodies grip any of them.
+    pub fn set(&mut self, rows: &[Obstacle], levels: &[GeneralLevel], places: &[u32], are_gripped: bool) {
         self.clear();
         for index in 0..self.levels.len() {
             let (finer, here) = self.levels.split_at_mut(index);
             let here = &mut here[0];
             let mut take = |nodes: Option<Nodes>, normal: Vec4, room: f32, stands_for: u32, share: f32| {
+                let nodes = nodes.filter(|nodes| !(are_gripped && is_held(nodes, &levels[index + 1])));
                 let row = nodes.and_then(|nodes| Blocked::new(nodes, normal, room, &levels[index + 1]));
                 here.list.extend(row.map(|row| Blocked { stands_for, share, ..row }));
             };
@@ -177,6 +180,15 @@ fn raise(nodes: impl Iterator<Item = (u32, f32)>, level: &GeneralLevel) -> Optio
         }
     }
     Some((above, count))
+}
+
+/// Whether most of a row is held.
+fn is_held((nodes, count): &Nodes, level: &GeneralLevel) -> bool {
+    let squares = |of_all: bool| {
+        let own = nodes[..*count].iter().filter(|(node, _)| of_all || level.d[*node as usize].w > 0.0);
+        own.map(|(_, part)| part * part).sum::<f32>()
+    };
+    squares(false) < (1.0 - HELD) * squares(true)
 }
 
 impl Blocked {

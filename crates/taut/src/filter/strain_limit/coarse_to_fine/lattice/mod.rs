@@ -155,6 +155,14 @@ impl Levels for LatticeLevels {
         self.unmeasured = 0;
     }
 
+    fn hold(&mut self, _: usize, _: Vec3) {
+        unreachable!("cloth that can touch has no lattice")
+    }
+
+    fn release(&mut self) {
+        unreachable!("cloth that can touch has no lattice")
+    }
+
     fn obstruct(&mut self, _: &[Obstacle]) {
         unreachable!("cloth that can touch has no lattice")
     }
