@@ -27,7 +27,7 @@ use glam::DVec3;
 use crate::geometry::{Pool, Vectors, Watch};
 use crate::model::Model;
 pub use rows::Touching;
-pub(crate) use rows::{Carrier, Grip, Obstacle, RigidMotion, Rows, Support};
+pub(crate) use rows::{Carried, Carrier, Grip, Obstacle, RigidMotion, Rows, Support};
 pub use start::{Fault, Intersection, Intersections, Meeting, Other};
 use surfaces::Surfaces;
 use untangle::Tangle;
@@ -154,6 +154,16 @@ impl Contact {
         watch.times.detection += watch.now() - start;
     }
 
+    /// Finds where bodies have to stop; see [`Rows::stop_bodies`].
+    pub fn stop_bodies(&self, factors: &mut [f64]) -> bool {
+        self.rows.stop_bodies(&self.places, factors)
+    }
+
+    /// Takes anew how bodies move.
+    pub fn arrange_rows(&mut self) {
+        self.rows.arrange(&self.places);
+    }
+
     /// Finds what would cross on the way, or come nearer than the floor, and how far it may go.
     pub fn certify(&mut self, pool: &Pool) {
         let Self { surfaces, places, detection, cuts, tangle, watch, .. } = self;
@@ -177,7 +187,7 @@ impl Contact {
     }
 
     /// Tells of each cloth what carries it.
-    pub fn tell_carriers(&mut self, carriers: &mut Vec<Carrier>) {
+    pub fn tell_carriers(&mut self, carriers: &mut Vec<Carried>) {
         self.rows.tell_carriers(&self.surfaces, &self.places, carriers);
     }
 

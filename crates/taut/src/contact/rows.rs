@@ -30,7 +30,7 @@ use crate::geometry::{CHUNK, Pool, for_each_part, for_each_two_chunks};
 use crate::model::{ClothRange, Model};
 use alone::Alone;
 use carriers::Told;
-pub(crate) use carriers::{Carrier, RigidMotion};
+pub(crate) use carriers::{Carried, Carrier, RigidMotion};
 use crept::Crept;
 pub(crate) use gripped::Grip;
 use gripped::Gripped;

@@ -13,6 +13,18 @@ const TOLD: f64 = 1e-6;
 /// A turn is found to the first order, so many times.
 const TURNS: usize = 2;
 
+/// How a cloth is carried in a step, together with all that it touches, be it through others.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Carried {
+    pub by: Carrier,
+    /// The first of the cloths that touch each other.
+    pub first: usize,
+    /// How the bodies go that push these, on the mean, if any does; and how far their surfaces go beside that, and bring apart what is too
+    /// near, at most [m].
+    pub motion: Option<RigidMotion>,
+    pub apart: f64,
+}
+
 /// What carries a cloth in a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Carrier {
@@ -69,6 +81,7 @@ pub(super) struct Told {
 /// What the places of a cloth, and of those that touch it, say about how they are carried: sums weighted by pushes.
 #[derive(Debug, Clone, Copy)]
 struct Sums {
+    any: bool,
     any_moves: bool,
     all: f64,
     place: DVec3,
@@ -80,10 +93,14 @@ struct Sums {
     moment: DVec3,
     left: f64,
     square: f64,
+    furthest: f64,
+    /// How far rows bring apart what is too near, at most [m].
+    lack: f64,
 }
 
 impl Sums {
     const NONE: Self = Self {
+        any: false,
         any_moves: false,
         all: 0.0,
         place: DVec3::ZERO,
@@ -93,6 +110,8 @@ impl Sums {
         moment: DVec3::ZERO,
         left: 0.0,
         square: 0.0,
+        furthest: 0.0,
+        lack: 0.0,
     };
 
     fn take(&mut self, at: &Place) {
@@ -120,6 +139,7 @@ impl Sums {
         self.moment += (at.place - self.motion.center).cross(left) * at.by;
         self.left += at.by * left.length_squared();
         self.square += at.by * at.way.length_squared();
+        self.furthest = self.furthest.max(left.length_squared());
     }
 
     /// Turns so that least is left, to the first order.
@@ -129,13 +149,13 @@ impl Sums {
         if least > 0.0 {
             self.motion.turn += (self.inertia + DMat3::from_diagonal(DVec3::splat(least))).inverse() * self.moment * 0.5;
         }
-        (self.moment, self.left, self.square) = (DVec3::ZERO, 0.0, 0.0);
+        (self.moment, self.left, self.square, self.furthest) = (DVec3::ZERO, 0.0, 0.0, 0.0);
     }
 }
 
 impl Rows {
     /// Tells of each cloth what carries it.
-    pub(in crate::contact) fn tell_carriers(&mut self, surfaces: &Surfaces, places: &Places, carriers: &mut Vec<Carrier>) {
+    pub(in crate::contact) fn tell_carriers(&mut self, surfaces: &Surfaces, places: &Places, carriers: &mut Vec<Carried>) {
         let cloths = surfaces.cloths.len();
         let Told { mut together, places: mut told, mut sums } = std::mem::take(&mut self.told);
         together.clear();
@@ -152,13 +172,20 @@ impl Rows {
         told.clear();
         let rows = self.list.iter().filter(|row| row.carries());
         told.extend(rows.filter_map(|row| self.told_by(row, surfaces, places)));
+        told.iter_mut().for_each(|at| at.cloth = together[at.cloth]);
+        sums.clear();
+        sums.resize(cloths, Sums::NONE);
+        told.iter().for_each(|at| sums[at.cloth].any = true);
+        for row in self.list.iter().filter(|row| row.carries()) {
+            let owner = |local: usize| surfaces.owners[self.vertices[local] as usize] as usize;
+            let Some(cloth) = row.locals().map(owner).find(|&owner| owner < cloths) else { continue };
+            let lack = &mut sums[together[cloth]].lack;
+            *lack = lack.max(-f64::from(row.gap));
+        }
         // Most cloth lies on what stands still.
         if !told.iter().any(|at| at.moves) {
             told.clear();
         }
-        told.iter_mut().for_each(|at| at.cloth = together[at.cloth]);
-        sums.clear();
-        sums.resize(cloths, Sums::NONE);
         told.iter().for_each(|at| sums[at.cloth].take(at));
         sums.iter_mut().for_each(Sums::center);
         told.iter().for_each(|at| sums[at.cloth].take_inertia(at));
@@ -168,10 +195,14 @@ impl Rows {
         }
         told.iter().for_each(|at| sums[at.cloth].take_left(at));
         carriers.clear();
-        carriers.extend(together.iter().map(|&first| match &sums[first] {
-            sums if !sums.any_moves => Carrier::Nothing,
-            sums if sums.left > AS_ONE * AS_ONE * sums.square => Carrier::Several,
-            sums => Carrier::Rigid(sums.motion),
+        carriers.extend(together.iter().map(|&first| {
+            let sums = &sums[first];
+            let by = match sums {
+                sums if !sums.any_moves => Carrier::Nothing,
+                sums if sums.left > AS_ONE * AS_ONE * sums.square => Carrier::Several,
+                sums => Carrier::Rigid(sums.motion),
+            };
+            Carried { by, first, motion: sums.any.then_some(sums.motion), apart: sums.furthest.sqrt() + sums.lack }
         }));
         self.told = Told { together, places: told, sums };
     }

@@ -8,6 +8,7 @@
 use glam::Vec3;
 
 use super::{GOOD, Row, Rows};
+use crate::contact::Places;
 
 /// Rows share from the start of a step on what is less than this part of their thicknesses [1]; where sweeps do not come to an end,
 /// whatever is too little.
@@ -37,6 +38,29 @@ impl Rows {
     pub fn take_behind(&mut self, behind: impl Iterator<Item = bool>) {
         self.pinched.behind.clear();
         self.pinched.behind.extend(behind);
+    }
+
+    /// Finds where bodies would go that what is held cannot make room for: the part of its way [1] that each vertex of theirs may go.
+    /// Returns whether there is any that may not go all of it.
+    pub fn stop_bodies(&self, places: &Places, factors: &mut [f64]) -> bool {
+        factors.fill(1.0);
+        let mut any = false;
+        for row in self.list.iter().filter(|row| row.give == 0.0) {
+            let (mut of_bodies, mut held) = (0.0, 0.0);
+            for end in 0..4 {
+                let vertex = self.vertices[row.ends[end] as usize] as usize;
+                let way = (places.ends[vertex] - places.x[vertex]).dot(row.normal.as_dvec3()) * f64::from(row.parts[end]);
+                *if vertex < self.particles { &mut held } else { &mut of_bodies } += way;
+            }
+            let room = f64::from(row.distance - row.floor) + held;
+            if of_bodies < -room.max(0.0) {
+                let part = room.max(0.0) / -of_bodies;
+                let bodies = row.locals().filter_map(|local| (self.vertices[local] as usize).checked_sub(self.particles));
+                bodies.for_each(|vertex| factors[vertex] = factors[vertex].min(part));
+                any = true;
+            }
+        }
+        any
     }
 
     /// Has rows share what room there is where that is far less than they ask for. Returns how many do.

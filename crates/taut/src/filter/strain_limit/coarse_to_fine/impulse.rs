@@ -49,6 +49,18 @@ pub(super) fn rate(
     if square > 0.0 { (-along / square).clamp(0.0, 1.0 / step) as f32 } else { 0.0 }
 }
 
+/// Gives a velocity its part of a change of its displacement [m], where a step of `step` seconds is shortened; returns what it took. That is
+/// `change / h`, but less where the velocity would turn round and grow, seen from a displacement `frame`: it is not D / h where springs
+/// vibrate within a step, nor where it took but a part of a correction.
+pub(super) fn take_back(velocities: &mut Vectors, particle: usize, change: Vec3, frame: Option<Vec3>, step: f32) -> Vec3 {
+    let velocity = velocities.get(particle);
+    let along = |frame: Vec3| -(velocity - frame / step).dot(change) / change.length_squared();
+    // What is not a number stays so, and the report of the step says it.
+    let rate = frame.map(along).filter(|along| *along < 1.0 / step).map_or(1.0 / step, |along| along.max(0.0));
+    velocities.set(particle, velocity + change * rate);
+    change * rate
+}
+
 /// So many sums go on side by side, whatever the length of the vector registers, so that bits do not depend on it ..
 const LANES: usize = 16;
 /// .. in single precision over so many products, before they go on in double precision.

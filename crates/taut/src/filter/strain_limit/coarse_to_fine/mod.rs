@@ -12,6 +12,7 @@ mod certificate;
 mod direct;
 mod ease;
 mod finish;
+mod gains;
 mod general;
 mod impulse;
 mod interior;

@@ -6,14 +6,18 @@
 //! 3. The certificate: each cloth keeps its limit, and nothing crosses anything on the way. Pairs that would cross become rows, with
 //!    what is closest at the time of impact, and 2 goes on; where that does not help, the step is shortened there.
 
+use glam::Vec3;
+
 use super::brake::Lying;
 use super::ease;
+use super::gains::Gains;
+use super::impulse::take_back;
 use super::joint::Joint;
 use super::led::Led;
 use super::motion::{lost, way_of_all};
 use super::unit::{Descent, Unit};
 use super::where_is::{NONE, WhereIs};
-use crate::contact::{Carrier, Contact, Grip, Obstacle};
+use crate::contact::{Carried, Contact, Grip, Obstacle};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
@@ -35,6 +39,8 @@ const REPAIRS: usize = 4;
 /// So often a step is shortened where it would cross something; from some round on by half as much again, and then everything stays.
 const SHORTENED: usize = 12;
 const HALVED: usize = 6;
+/// What touches is shortened towards where it starts, and its velocities are seen from the world.
+const IN_CONTACT: [Option<Vec3>; 2] = [None, Some(Vec3::ZERO)];
 
 /// Contact, and what a step is gone through with.
 pub(super) struct Touch {
@@ -52,7 +58,9 @@ pub(super) struct Touch {
     left_of_energy: Vec<f64>,
     pushed: Vec<usize>,
     /// What carries each cloth.
-    carriers: Vec<Carrier>,
+    carriers: Vec<Carried>,
+    gains: Gains,
+    stops: Vec<f64>,
     joint: Joint,
 }
 
@@ -76,6 +84,8 @@ impl Touch {
             left_of_energy: Vec::new(),
             pushed: Vec::new(),
             carriers: Vec::new(),
+            gains: Gains::default(),
+            stops: vec![1.0; model.bodies.rest.len()],
             joint: Joint::new(model, units),
         })
     }
@@ -120,6 +130,11 @@ impl Touch {
         }
         self.contact.end(model, &state.origins, ends, &self.led.ends);
         self.contact.find_rows(pool);
+        if self.contact.stop_bodies(&mut self.stops) {
+            self.led.shorten(stride, state, &self.stops);
+            self.contact.end(model, &state.origins, ends, &self.led.ends);
+            self.contact.arrange_rows();
+        }
         self.where_is.take(&self.contact.rows);
         limited.contacts = self.contact.rows.len() as u32;
         if !self.contact.rows.is_empty() {
@@ -309,6 +324,10 @@ impl Touch {
         self.contact.calm(&mut state.velocities, stride.plan.length);
         self.contact.tell_carriers(&mut self.carriers);
         let lying = Lying { model: stride.model, length: step, start: &self.contact.places.x, proposed: &self.proposed };
+        if touches && self.contact.brings_apart().is_none() {
+            let taken = self.gains.bound(stride, lying, &self.velocities, state, ends, &self.carriers);
+            limited.lost_motion = limited.lost_motion.max(taken);
+        }
         for ((unit, descent), &left) in units.iter().zip(&self.descents).zip(&self.left_of_energy) {
             unit.brake(lying, state, ends, left, &self.carriers, descent);
         }
@@ -316,8 +335,8 @@ impl Touch {
             units.iter().for_each(|unit| ease::ease(stride, unit.cloth(), state, &self.proposed, ends, most));
         }
         for (unit, descent) in units.iter_mut().zip(&self.descents).filter(|(_, descent)| is_needed(descent)) {
-            let frame = if touches { None } else { descent.frame };
-            let verdict = unit.certify(stride, state, ends, frame, pool);
+            let frames = if touches { IN_CONTACT } else { [descent.frame; 2] };
+            let verdict = unit.certify(stride, state, ends, frames, pool);
             limited.cuts += u32::from(verdict.cut);
             limited.held_back_pins += u32::from(verdict.held_back_pins);
             limited.lost_motion = limited.lost_motion.max(verdict.lost_motion);
@@ -338,13 +357,13 @@ impl Touch {
                 if vertex < model.particle_count() {
                     let (start, end) = (state.positions.get(vertex), ends.get(vertex));
                     let now = start + (end - start) * factor as f32;
-                    state.velocities.set(vertex, state.velocities.get(vertex) + (now - end) / step);
+                    take_back(&mut state.velocities, vertex, now - end, IN_CONTACT[1], step);
                     ends.set(vertex, now);
                 }
             }
             self.led.shorten(stride, state, &cuts.factors[model.particle_count()..]);
             for unit in units.iter_mut() {
-                unit.certify(stride, state, ends, None, pool);
+                unit.certify(stride, state, ends, IN_CONTACT, pool);
             }
             self.contact.end(model, &state.origins, ends, &self.led.ends);
             self.contact.certify(pool);
@@ -355,7 +374,7 @@ impl Touch {
         // Where everything is, nothing crosses.
         for particle in 0..ends.len() {
             let (start, end) = (state.positions.get(particle), ends.get(particle));
-            state.velocities.set(particle, state.velocities.get(particle) - (end - start) / step);
+            take_back(&mut state.velocities, particle, start - end, IN_CONTACT[1], step);
             ends.set(particle, start);
         }
         self.led.stop(state);

@@ -9,7 +9,7 @@ use super::finish::Finish;
 use super::local::Local;
 use super::patch::Patch;
 use super::*;
-use crate::contact::{Carrier, RigidMotion};
+use crate::contact::{Carried, Carrier, RigidMotion};
 use crate::state::Stretch;
 
 /// One cloth: its levels and its certificate.
@@ -132,7 +132,7 @@ impl Unit {
         }
         let lost = self.settle(stride, state, ends, &descent, pool);
         self.tell_velocities(stride, state, ends, corrections, &descent, pool);
-        let verdict = self.certify(stride, state, ends, descent.frame, pool);
+        let verdict = self.certify(stride, state, ends, [descent.frame; 2], pool);
         Limited {
             sweeps: descent.sweeps,
             cuts: u32::from(verdict.cut),
@@ -342,10 +342,10 @@ impl Unit {
         state: &mut State,
         ends: &mut Vectors,
         left_of_energy: f64,
-        carriers: &[Carrier],
+        carriers: &[Carried],
         descent: &Descent,
     ) {
-        let frame = match (carriers[self.index], descent.frame) {
+        let frame = match (carriers[self.index].by, descent.frame) {
             (Carrier::Nothing, Some(frame)) => Some((RigidMotion::along(frame.as_dvec3()), left_of_energy)),
             (Carrier::Rigid(frame), _) if self.certificate.is_free() && !self.is_gripped() => {
                 Some((frame, lying.left_of_energy(&self.cloth, state, ends, &frame)))
@@ -373,11 +373,11 @@ impl Unit {
         stride: Stride<'_>,
         state: &mut State,
         ends: &mut Vectors,
-        frame: Option<Vec3>,
+        frames: [Option<Vec3>; 2],
         pool: &Pool,
     ) -> certificate::Verdict {
         let tightens = stride.inputs.limits[self.index].changes();
-        self.certificate.enforce(stride, state, ends, frame, tightens, pool)
+        self.certificate.enforce(stride, state, ends, frames, tightens, pool)
     }
 
     /// Finds the place within all limits nearest to the proposed one, in small cloths. Returns whether that was done.

@@ -9,7 +9,7 @@ mod field;
 
 use glam::{DVec3, Vec3};
 
-use super::Motion;
+use super::{Motion, impulse};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::schedule::Stride;
@@ -63,14 +63,15 @@ impl Certificate {
         alike.then_some(first)
     }
 
-    /// Measures the ends of a step, and lets every particle go only as far as all springs allow. The limit `tightens` in this scene,
-    /// so that springs may be over it already.
+    /// Measures the ends of a step, and lets every particle go only as far as all springs allow, towards where it starts, moved along with
+    /// `frame`, and seen from `world`, the displacement of what velocities are relative to, if there is one [m]. The limit `tightens` in this
+    /// scene, so that springs may be over it already.
     pub fn enforce(
         &mut self,
         stride: Stride<'_>,
         state: &mut State,
         ends: &mut Vectors,
-        frame: Option<Vec3>,
+        [frame, world]: [Option<Vec3>; 2],
         tightens: bool,
         pool: &Pool,
     ) -> Verdict {
@@ -101,7 +102,7 @@ impl Certificate {
                 round,
             };
             self.field.find(&proposal, model);
-            lost += self.shorten(model, state, ends, frame, step);
+            lost += self.shorten(model, state, ends, [frame, world], step);
             if admissible(ends) || tightened && self.nothing_grows(model, &state.positions, ends) {
                 let held_back_pins = frame.is_none() && !self.is_free();
                 return Verdict { cut: true, held_back_pins, lost_motion: part(lost, all) };
@@ -110,9 +111,9 @@ impl Certificate {
         // The last resort is X itself, whatever pins are asked for: those that move alike but for rounding would creep away from
         // each other, step by step.
         for particle in self.cloth.particles() {
-            let (start, end) = (state.positions.get(particle), ends.get(particle));
-            ends.set(particle, start);
-            state.velocities.set(particle, state.velocities.get(particle) - (end - start) / step);
+            let change = state.positions.get(particle) - ends.get(particle);
+            ends.set(particle, state.positions.get(particle));
+            impulse::take_back(&mut state.velocities, particle, change, world, step);
         }
         Verdict { cut: true, held_back_pins: !self.is_free(), lost_motion: 1.0 }
     }
@@ -138,15 +139,14 @@ impl Certificate {
     }
 
     /// Takes from each particle what its factor leaves of its step relative to Y. Returns the sum of M times what was taken [kg m].
-    fn shorten(&self, model: &Model, state: &mut State, ends: &mut Vectors, frame: Option<Vec3>, step: f32) -> f64 {
+    fn shorten(&self, model: &Model, state: &mut State, ends: &mut Vectors, [frame, world]: [Option<Vec3>; 2], step: f32) -> f64 {
         let (mut lost, mut way, mut impulse) = (0.0, DVec3::ZERO, DVec3::ZERO);
         for (particle, factor) in self.field.cut() {
-            let (start, end, velocity) = (state.positions.get(particle), ends.get(particle), state.velocities.get(particle));
+            let (start, end) = (state.positions.get(particle), ends.get(particle));
             let displacement = frame.unwrap_or_default() + (end - start - frame.unwrap_or_default()) * factor;
             let change = displacement - (end - start);
-            let change_of_velocity = change * rate(change, velocity, frame, step);
             ends.set(particle, start + displacement);
-            state.velocities.set(particle, velocity + change_of_velocity);
+            let change_of_velocity = impulse::take_back(&mut state.velocities, particle, change, world, step);
             let mass = f64::from(model.particles.mass[particle]);
             lost += mass * f64::from(change.length());
             way += change.as_dvec3() * mass;
@@ -162,15 +162,6 @@ impl Certificate {
         }
         lost
     }
-}
-
-/// The factor [1/s] of a change of displacement [m] in what the velocity takes of it: 1/h, but less where the velocity relative to
-/// the frame would turn round and grow. V is not D/h where springs vibrate within a step.
-fn rate(change: Vec3, velocity: Vec3, frame: Option<Vec3>, step: f32) -> f32 {
-    let Some(frame) = frame else { return 1.0 / step };
-    let along = -(velocity - frame / step).dot(change) / change.length_squared();
-    // What is not a number stays so, and the report of the step says it.
-    if along < 1.0 / step { along.max(0.0) } else { 1.0 / step }
 }
 
 /// `lost` of `all`, if there was any.

@@ -1,0 +1,163 @@
+//! What touches something gains no energy but what bodies and pins give it.
+//!
+//! The nearest admissible step in the mass norm is never further from one that is admissible than the proposed step was [Moreau65]. Going
+//! with what carries the cloth is such a step, where all of that moves as one: seen from there, kinetic energy never rises. Sweeps and
+//! cycles find an admissible step, and not always the nearest one, least of all where cloth has hardly any room. Where it is, it may be;
+//! but the velocity with which that would go on is bounded.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::brake::Lying;
+use crate::contact::{Carried, RigidMotion};
+use crate::geometry::Vectors;
+use crate::model::Model;
+use crate::schedule::Stride;
+use crate::state::State;
+
+/// Where bodies and pins move apart, cloth may have the kinetic energy of this speed, as a part of the largest with which one of them goes
+/// beside the others [1]: no frame is known from which it would not rise. So it may where what is too near is brought apart.
+const WHIPS: f64 = 2.0;
+
+/// Workspace: what there is of cloths that touch each other, at the first of them.
+#[derive(Default)]
+pub(super) struct Gains {
+    groups: Vec<Group>,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Group {
+    /// How what carries them goes, if anything does; and how far a part of that goes beside it, and brings apart what is too near [m].
+    frame: Option<RigidMotion>,
+    apart: f64,
+    /// A limit that tightens does work.
+    tightens: bool,
+    mass: f64,
+    ways: Gain,
+    velocities: Gain,
+}
+
+/// What a step makes of ways or velocities.
+#[derive(Clone, Copy, Default)]
+struct Gain {
+    before: Sum,
+    after: Sum,
+}
+
+/// Sums of vectors times masses, and of their squares times masses.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    all: DVec3,
+    square: f64,
+}
+
+impl Gains {
+    /// Bounds the kinetic energy of what touches something. Returns the largest part of a way that was taken [1].
+    pub fn bound(
+        &mut self,
+        stride: Stride<'_>,
+        lying: Lying<'_>,
+        proposed: &Vectors,
+        state: &mut State,
+        ends: &mut Vectors,
+        carried: &[Carried],
+    ) -> f64 {
+        let Stride { model, .. } = stride;
+        let step = f64::from(lying.length);
+        self.find_frames(stride, lying, proposed, carried);
+        let is_free = |particle: &usize| model.particles.inverse_mass[*particle] > 0.0;
+        let way = |state: &State, ends: &Vectors, particle| (ends.get(particle) - state.positions.get(particle)).as_dvec3();
+        for (cloth, carried) in model.cloths.iter().zip(carried) {
+            let group = &mut self.groups[carried.first];
+            for particle in cloth.particles().filter(is_free) {
+                let mass = f64::from(model.particles.mass[particle]);
+                let with = group.with(lying.start[particle]);
+                group.mass += mass;
+                group.ways.before.add(mass, way(state, lying.proposed, particle) - with);
+                group.ways.after.add(mass, way(state, ends, particle) - with);
+                group.velocities.before.add(mass, proposed.get(particle).as_dvec3() - with / step);
+                group.velocities.after.add(mass, state.velocities.get(particle).as_dvec3() - with / step);
+            }
+        }
+        let mut taken: f64 = 0.0;
+        for (cloth, carried) in model.cloths.iter().zip(carried) {
+            let group = &self.groups[carried.first];
+            let [of_ways, of_velocities] = group.parts_that_are_left(step);
+            taken = taken.max(1.0 - of_ways);
+            for particle in cloth.particles().filter(is_free) {
+                let with = group.with(lying.start[particle]);
+                if of_ways < 1.0 {
+                    let with = with + group.mean(&group.ways);
+                    let now = with + (way(state, ends, particle) - with) * of_ways;
+                    ends.set(particle, state.positions.get(particle) + now.as_vec3());
+                }
+                if of_velocities < 1.0 {
+                    let with = with / step + group.mean(&group.velocities);
+                    let now = with + (state.velocities.get(particle).as_dvec3() - with) * of_velocities;
+                    state.velocities.set(particle, now.as_vec3());
+                }
+            }
+        }
+        taken
+    }
+
+    /// Finds from where the cloths that touch each other are seen.
+    fn find_frames(&mut self, stride: Stride<'_>, lying: Lying<'_>, velocities: &Vectors, carried: &[Carried]) {
+        let Stride { model, inputs, .. } = stride;
+        self.groups.clear();
+        self.groups.resize(model.cloths.len(), Group::default());
+        for carried in carried {
+            let group = &mut self.groups[carried.first];
+            (group.frame, group.apart) = (carried.motion, carried.apart);
+        }
+        for (index, (cloth, carried)) in model.cloths.iter().zip(carried).enumerate() {
+            let group = &mut self.groups[carried.first];
+            group.tightens |= inputs.limits[index].changes();
+            for particle in held(model, cloth.particles()) {
+                let way = velocities.get(particle).as_dvec3() * f64::from(lying.length);
+                let frame = group.frame.get_or_insert(RigidMotion::along(way));
+                group.apart = group.apart.max((way - frame.way(lying.start[particle])).length());
+            }
+        }
+    }
+}
+
+/// The particles of a run that are held.
+fn held(model: &Model, particles: Range<usize>) -> impl Iterator<Item = usize> {
+    particles.filter(|&particle| model.particles.inverse_mass[particle] == 0.0 && model.particles.mass[particle] > 0.0)
+}
+
+impl Group {
+    /// How far a particle at a place would go along [m].
+    fn with(&self, place: DVec3) -> DVec3 {
+        self.frame.map_or(DVec3::ZERO, |frame| frame.way(place))
+    }
+
+    /// What nothing carries keeps its momentum: how it goes on the mean.
+    fn mean(&self, gain: &Gain) -> DVec3 {
+        if self.frame.is_none() { gain.after.all / self.mass } else { DVec3::ZERO }
+    }
+
+    /// The parts of its ways and of its velocities that it may have.
+    fn parts_that_are_left(&self, step: f64) -> [f64; 2] {
+        let square = |sum: &Sum| match self.frame {
+            Some(_) => sum.square,
+            None => sum.square - sum.all.length_squared() / self.mass,
+        };
+        let part = |gain: &Gain, least: f64| {
+            let (most, after) = (square(&gain.before).max(least), square(&gain.after));
+            if after > most && !self.tightens { (most / after).sqrt() } else { 1.0 }
+        };
+        let furthest = WHIPS * self.apart;
+        let speed = furthest / step;
+        [part(&self.ways, self.mass * furthest * furthest), part(&self.velocities, self.mass * speed * speed)]
+    }
+}
+
+impl Sum {
+    fn add(&mut self, mass: f64, vector: DVec3) {
+        self.all += vector * mass;
+        self.square += mass * vector.length_squared();
+    }
+}
