@@ -2,8 +2,8 @@
 //!
 //! The nearest admissible step in the mass norm is never further from one that is admissible than the proposed step was [Moreau65]. Going
 //! with what carries the cloth is such a step, where all of that moves as one: seen from there, kinetic energy never rises. Sweeps and
-//! cycles find an admissible step, and not always the nearest one, least of all where cloth has hardly any room. Where it is, it may be;
-//! but the velocity with which that would go on is bounded.
+//! cycles find an admissible step, and not always the nearest one, least of all where cloth has hardly any room. So what they find is
+//! shortened to what the nearest one could have, and velocities as well (docs/equations.md, "Energy").
 
 use std::ops::Range;
 
