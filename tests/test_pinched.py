@@ -112,7 +112,7 @@ def test_a_body_waits_at_what_is_pinned(mesh: bool) -> None:
     simulation = scene.cloth("sheet", pins=pins, **fields, **sheet(16, 0.3, mesh)).simulation()
     assert peak_speed(simulation, 60) < 4.0
     # It stops where the pinned vertex is in its way ..
-    assert simulation.report.held_back_bodies == 1
+    assert simulation.report.held_back_bodies >= 1
     assert -0.09 < simulation.bodies["ball"].positions[0, 0] < -0.07
     # .. and goes back along its path.
     assert peak_speed(simulation, 60) < 4.0

@@ -8,7 +8,6 @@
 
 use glam::Vec3;
 
-use super::ENERGY_IN_CONTACT;
 use super::brake::Lying;
 use super::ease;
 use super::gains::Gains;
@@ -35,9 +34,9 @@ const GIVES_WAY: usize = 10;
 const GIVES_IN: usize = 20;
 /// Coarse levels learn so often how much room rows have, in rounds.
 const RENEWED: usize = 6;
-/// So often rows are made of what would cross; more often where cloth lies on something, which steps of other lengths would shake.
+/// So often rows are made of what would cross; more often where nothing is struck: steps of other lengths would shake cloth that lies.
 const REPAIRS: usize = 4;
-const REPAIRS_AT_REST: usize = 16;
+const REPAIRS_IF_CALM: usize = 16;
 /// So often a step is shortened where it would cross something; from some round on by half as much again, and then everything stays.
 const SHORTENED: usize = 12;
 const HALVED: usize = 6;
@@ -164,7 +163,7 @@ impl Touch {
             if self.contact.cuts.list.is_empty() {
                 break;
             }
-            let repairs = if all_lie(&self.left_of_energy) { REPAIRS_AT_REST } else { REPAIRS };
+            let repairs = if none_is_struck(&self.left_of_energy) { REPAIRS_IF_CALM } else { REPAIRS };
             if attempt < repairs {
                 self.contact.add_rows_of_cuts();
                 self.contact.rows.hold_gripped();
@@ -385,9 +384,9 @@ impl Touch {
     }
 }
 
-/// Whether all cloths lie on something, of whose proposed energy such parts are left [1].
-fn all_lie(left_of_energy: &[f64]) -> bool {
-    !left_of_energy.is_empty() && left_of_energy.iter().all(|left| *left < ENERGY_IN_CONTACT)
+/// Whether no cloth gains energy from what it touches, of all cloths such parts of their proposed energies being left [1].
+fn none_is_struck(left_of_energy: &[f64]) -> bool {
+    !left_of_energy.is_empty() && left_of_energy.iter().all(|left| *left < 1.0)
 }
 
 /// The step as a part of the automatic one of a cloth, the least of all cloths and at most 1.
