@@ -154,16 +154,6 @@ impl Contact {
         watch.times.detection += watch.now() - start;
     }
 
-    /// Finds where bodies have to stop; see [`Rows::stop_bodies`].
-    pub fn stop_bodies(&self, factors: &mut [f64]) -> bool {
-        self.rows.stop_bodies(&self.places, factors)
-    }
-
-    /// Takes anew how bodies move.
-    pub fn arrange_rows(&mut self) {
-        self.rows.arrange(&self.places);
-    }
-
     /// Finds what would cross on the way, or come nearer than the floor, and how far it may go.
     pub fn certify(&mut self, pool: &Pool) {
         let Self { surfaces, places, detection, cuts, tangle, watch, .. } = self;

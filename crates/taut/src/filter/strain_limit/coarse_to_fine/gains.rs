@@ -85,6 +85,9 @@ impl Gains {
             let group = &self.groups[carried.first];
             let [of_ways, of_velocities] = group.parts_that_are_left(step);
             taken = taken.max(1.0 - of_ways);
+            if of_ways == 1.0 && of_velocities == 1.0 {
+                continue;
+            }
             for particle in cloth.particles().filter(is_free) {
                 let with = group.with(lying.start[particle]);
                 if of_ways < 1.0 {

@@ -40,8 +40,8 @@ const REPAIRS_IF_CALM: usize = 16;
 /// So often a step is shortened where it would cross something; from some round on by half as much again, and then everything stays.
 const SHORTENED: usize = 12;
 const HALVED: usize = 6;
-/// What touches is shortened towards where it starts, and its velocities are seen from the world.
-const IN_CONTACT: [Option<Vec3>; 2] = [None, Some(Vec3::ZERO)];
+/// What touches is shortened towards where it starts, and its velocities are seen from where nothing moves.
+const WORLD: Option<Vec3> = Some(Vec3::ZERO);
 
 /// Contact, and what a step is gone through with.
 pub(super) struct Touch {
@@ -131,10 +131,10 @@ impl Touch {
         }
         self.contact.end(model, &state.origins, ends, &self.led.ends);
         self.contact.find_rows(pool);
-        if self.contact.stop_bodies(&mut self.stops) {
+        if self.contact.rows.stop_bodies(&self.contact.places, &mut self.stops) {
             self.led.shorten(stride, state, &self.stops);
             self.contact.end(model, &state.origins, ends, &self.led.ends);
-            self.contact.arrange_rows();
+            self.contact.rows.arrange(&self.contact.places);
         }
         self.where_is.take(&self.contact.rows);
         limited.contacts = self.contact.rows.len() as u32;
@@ -337,7 +337,7 @@ impl Touch {
             units.iter().for_each(|unit| ease::ease(stride, unit.cloth(), state, &self.proposed, ends, most));
         }
         for (unit, descent) in units.iter_mut().zip(&self.descents).filter(|(_, descent)| is_needed(descent)) {
-            let frames = if touches { IN_CONTACT } else { [descent.frame; 2] };
+            let frames = if touches { [None, WORLD] } else { [descent.frame; 2] };
             let verdict = unit.certify(stride, state, ends, frames, pool);
             limited.cuts += u32::from(verdict.cut);
             limited.held_back_pins += u32::from(verdict.held_back_pins);
@@ -359,13 +359,13 @@ impl Touch {
                 if vertex < model.particle_count() {
                     let (start, end) = (state.positions.get(vertex), ends.get(vertex));
                     let now = start + (end - start) * factor as f32;
-                    take_back(&mut state.velocities, vertex, now - end, IN_CONTACT[1], step);
+                    take_back(&mut state.velocities, vertex, now - end, WORLD, step);
                     ends.set(vertex, now);
                 }
             }
             self.led.shorten(stride, state, &cuts.factors[model.particle_count()..]);
             for unit in units.iter_mut() {
-                unit.certify(stride, state, ends, IN_CONTACT, pool);
+                unit.certify(stride, state, ends, [None, WORLD], pool);
             }
             self.contact.end(model, &state.origins, ends, &self.led.ends);
             self.contact.certify(pool);
@@ -376,7 +376,7 @@ impl Touch {
         // Where everything is, nothing crosses.
         for particle in 0..ends.len() {
             let (start, end) = (state.positions.get(particle), ends.get(particle));
-            take_back(&mut state.velocities, particle, start - end, IN_CONTACT[1], step);
+            take_back(&mut state.velocities, particle, start - end, WORLD, step);
             ends.set(particle, start);
         }
         self.led.stop(state);
