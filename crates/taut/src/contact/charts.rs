@@ -34,6 +34,7 @@ pub(super) struct Chart {
     pub vertices: Range<usize>,
     pub facets: Range<usize>,
     pub leaves: Range<usize>,
+    pub around: Range<usize>,
 }
 
 /// The charts of a surface.
@@ -43,10 +44,13 @@ pub(super) struct Charts {
     /// Their vertices, with what makes the mean derivatives of places by rest coordinates [1/m].
     pub vertices: Vec<(u32, [f32; 2])>,
     pub facets: Vec<Facet>,
-    /// The leaves of the tree that are wholly in their domains, in rising order.
+    /// The leaves of the tree that are wholly in their domains, in rising order; and all that have any of their triangles.
     pub leaves: Vec<u32>,
+    pub around: Vec<u32>,
     /// The chart of which each leaf is part of the core.
     pub of_leaf: Vec<u32>,
+    /// Of each triangle of the tree, the largest norm of what makes derivatives of its edges, in any chart [1/m].
+    pub largest: Vec<f32>,
 }
 
 /// The surface that charts are made of.
@@ -91,7 +95,8 @@ impl Charts {
         touching.sort_unstable();
         touching.dedup();
         let surface = Surface { tree, sides, touching, leaf_of, place: &place };
-        let mut charts = Self { of_leaf: vec![0; tree.leaves.len()], ..Self::default() };
+        let (of_leaf, largest) = (vec![0; tree.leaves.len()], vec![0.0; tree.triangles.len()]);
+        let mut charts = Self { of_leaf, largest, ..Self::default() };
         for core in tree.runs(most) {
             charts.of_leaf[core.clone()].fill(charts.list.len() as u32);
             charts.add(&surface, core);
@@ -106,11 +111,12 @@ impl Charts {
 
     /// Adds the chart around some leaves; one without leaves where the surface is none over a plane.
     fn add(&mut self, surface: &Surface<'_>, core: Range<usize>) {
-        let from = [self.vertices.len(), self.facets.len(), self.leaves.len()];
+        let ends = |charts: &Self| [charts.vertices.len(), charts.facets.len(), charts.leaves.len(), charts.around.len()];
+        let from = ends(self);
         self.fill(surface, core);
-        let to = [self.vertices.len(), self.facets.len(), self.leaves.len()];
+        let to = ends(self);
         let run = |list: usize| from[list]..to[list];
-        self.list.push(Chart { vertices: run(0), facets: run(1), leaves: run(2) });
+        self.list.push(Chart { vertices: run(0), facets: run(1), leaves: run(2), around: run(3) });
     }
 
     fn fill(&mut self, surface: &Surface<'_>, core: Range<usize>) -> Option<()> {
@@ -163,16 +169,27 @@ impl Charts {
                 .all(|triangle| members.contains(&triangle) && tree.triangles[triangle as usize].into_iter().all(is_in))
         };
         let candidates: BTreeSet<u32> = members.iter().map(|&triangle| surface.leaf_of[triangle as usize]).collect();
-        self.leaves.extend(candidates.into_iter().filter(|&leaf| within(&leaves[leaf as usize])));
+        self.leaves.extend(candidates.iter().filter(|&&leaf| within(&leaves[leaf as usize])));
+        self.around.extend(candidates);
         let vertices: BTreeSet<u32> = members.iter().flat_map(|&triangle| tree.triangles[triangle as usize]).collect();
         let local: BTreeMap<u32, u32> = vertices.iter().copied().zip(0..).collect();
-        self.facets.extend(facets.into_iter().map(|(triangle, [first, second])| Facet {
-            corners: tree.triangles[triangle as usize].map(|corner| local[&corner]),
-            inverse: [[first[0], second[0]], [first[1], second[1]]],
-        }));
+        for (triangle, [first, second]) in facets {
+            let corners = tree.triangles[triangle as usize].map(|corner| local[&corner]);
+            let inverse = [[first[0], second[0]], [first[1], second[1]]];
+            self.facets.push(Facet { corners, inverse });
+            let largest = &mut self.largest[triangle as usize];
+            *largest = largest.max(norm(inverse));
+        }
         self.vertices.extend(gradients(&vertices, flat)?);
         Some(())
     }
+}
+
+/// The most by which a matrix makes a vector longer [1/m].
+fn norm([a, b]: [[f32; 2]; 2]) -> f32 {
+    let squares = a[0] * a[0] + a[1] * a[1] + b[0] * b[0] + b[1] * b[1];
+    let determinant = a[0] * b[1] - a[1] * b[0];
+    (0.5 * (squares + (squares * squares - 4.0 * determinant * determinant).max(0.0).sqrt())).sqrt()
 }
 
 impl Surface<'_> {

@@ -40,9 +40,10 @@ pub(crate) struct Detection {
     pub further: Vec<Pair>,
     /// Vertices of cloths that come within the wide margin of something thick on the known way, each with the number of that.
     pub beside: Vec<(u32, u32)>,
-    /// The wide margin [m], and the ends of the known way.
+    /// The wide margin [m], and the ends of the known way; that of the first search is the way that rows are made of.
     margin: f64,
     ends: Vec<DVec3>,
+    ends_of_rows: Vec<DVec3>,
     /// How many certificates have asked since, and the ends of the way of the first one.
     certificates: u32,
     first_ends: Vec<DVec3>,
@@ -74,6 +75,7 @@ impl Detection {
             beside: Vec::new(),
             margin: 0.0,
             ends: vec![DVec3::ZERO; vertices],
+            ends_of_rows: vec![DVec3::ZERO; vertices],
             certificates: 0,
             first_ends: vec![DVec3::ZERO; vertices],
             ways: Ways::new(vertices),
@@ -91,6 +93,7 @@ impl Detection {
         self.margin = surfaces.widest_margin();
         self.certificates = 0;
         self.ends.clone_from(&places.ends);
+        self.ends_of_rows.clone_from(&places.ends);
         self.asked.fill(true);
         self.further.clear();
         surfaces.monotone.iter_mut().for_each(|monotone| monotone.run(places, pool));
@@ -143,7 +146,7 @@ impl Detection {
             *asked = then.distance_squared(*now) > near * near;
         }
         for (monotone, tree) in surfaces.monotone.iter_mut().zip(&surfaces.cloths) {
-            monotone.run_again(tree, places, pool, |vertex| self.asked[vertex as usize] = true);
+            monotone.run_again(tree, places, &self.ends_of_rows, pool, |vertex| self.asked[vertex as usize] = true);
         }
         let mut pairs = std::mem::take(&mut self.further);
         self.search(surfaces, places, margin, &mut pairs, pool);
@@ -172,17 +175,13 @@ impl Detection {
             let others = if *among_cloths { index } else { cloths.len() }..cloths.len() + bodies.len();
             for other in others {
                 let trees = [index as u32, other as u32];
-                let mut take = |one: &Leaf, two: &Leaf| {
+                let take = |one: &Leaf, two: &Leaf| {
                     met.push(Met { trees, leaves: [one.index, two.index], thick: None });
                 };
                 if other > index {
                     cloths[index].meet(tree(trees[1]), stack, take);
                 } else {
-                    cloths[index].meet_itself(stack, |one, two| {
-                        if !monotone[index].spares(one, two) {
-                            take(one, two);
-                        }
-                    });
+                    cloths[index].meet_itself(stack, take);
                 }
             }
         }
@@ -205,10 +204,14 @@ impl Detection {
             for &Met { trees, leaves: [one, two], thick: number } in met[index * PART..].iter().take(PART) {
                 let [a, b] = trees.map(tree);
                 let leaves = [&a.leaves[one as usize], &b.leaves[two as usize]];
+                let is_own = number.is_none() && trees[0] == trees[1];
+                if is_own && monotone[trees[0] as usize].spares(leaves[0], leaves[1]) {
+                    continue;
+                }
                 if let Some(number) = number {
                     let thick = &thick[number as usize];
                     found.beside(a, leaves[0], thick, skins[thick.owner as usize].radius);
-                } else if trees[0] == trees[1] && one == two {
+                } else if is_own && one == two {
                     found.within(a, leaves[0]);
                 } else {
                     found.between([a, b], leaves);
