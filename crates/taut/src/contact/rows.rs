@@ -26,7 +26,7 @@ use super::proximity::Closest;
 use super::surfaces::Surfaces;
 use super::untangle::Asked;
 use super::{NEAR, Places, floor};
-use crate::geometry::{CHUNK, Pool, for_each_part, for_each_two_chunks};
+use crate::geometry::{CHUNK, Pool, for_each_chunk, for_each_part, for_each_two_chunks};
 use crate::model::{ClothRange, Model};
 use alone::Alone;
 use carriers::Told;
@@ -349,13 +349,15 @@ impl Rows {
     }
 
     /// Goes on with the momentum with which the displacements of a cloth do: what they gain by pushes, pushes gain as well.
-    pub fn go_on(&mut self, cloth: usize, momentum: f32) {
-        for row in self.list.iter_mut().filter(|row| row.cloth == cloth as u32) {
-            let now = (row.push, row.hold);
-            row.push += (now.0 - row.before.0) * momentum;
-            row.hold += (now.1 - row.before.1) * momentum;
-            row.before = now;
-        }
+    pub fn go_on(&mut self, cloth: usize, momentum: f32, pool: &Pool) {
+        for_each_chunk(&mut self.list, pool, |_, rows| {
+            for row in rows.iter_mut().filter(|row| row.cloth == cloth as u32) {
+                let now = (row.push, row.hold);
+                row.push += (now.0 - row.before.0) * momentum;
+                row.hold += (now.1 - row.before.1) * momentum;
+                row.before = now;
+            }
+        });
     }
 
     /// Takes what coarse levels of a cloth have leant on a row [kg m]: it bears that as well. Of two cloths it goes unseen: the other one would

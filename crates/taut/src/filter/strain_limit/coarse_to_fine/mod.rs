@@ -146,15 +146,16 @@ trait Levels: Send + Sync {
     fn hold(&mut self, particle: usize, way: Vec3);
     /// Lets all go that is held so.
     fn release(&mut self);
-    /// Takes what coarse levels may not do from now on, until the next step; springs alone, if nothing.
-    fn obstruct(&mut self, obstacles: &[Obstacle]);
+    /// Takes what coarse levels may not do from now on, until the next step; springs alone, if nothing. `anew` says whether anything but
+    /// their room and pushes has changed since the last time.
+    fn obstruct(&mut self, obstacles: &[Obstacle], anew: bool, pool: &Pool);
     /// Tells the obstacles that coarse levels have leant on since the last time, and how hard [kg m].
     fn resisted(&mut self, tell: &mut dyn FnMut(u32, f32));
     /// One pass over all levels, from the coarsest to the finest. Returns what is left then, or nothing where that is not worth
     /// measuring.
     fn cycle(&mut self, cycle: Cycle, pool: &Pool) -> Option<Measure>;
-    /// Sweeps the finest level alone. Returns what is left then.
-    fn smooth(&mut self, enough: f32, pool: &Pool) -> Measure;
+    /// Sweeps the finest level alone before a cycle. Returns what is left then, if that cycle will tell what it leaves.
+    fn smooth(&mut self, cycle: Cycle, pool: &Pool) -> Option<Measure>;
     /// How far below R springs of the finest level are aimed, as a part of R.
     fn back_off(&self) -> f32;
     /// Calls `visit` with the ends of each spring of the finest level that is longer than `enough` of R, as far as the last measure

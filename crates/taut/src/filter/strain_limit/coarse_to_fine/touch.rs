@@ -260,16 +260,16 @@ impl Touch {
             // Single springs and rows agree among themselves before coarse levels join in.
             where_is.sweep(rows, units, pool);
             for (unit, descent) in units.iter_mut().zip(descents.iter_mut()) {
-                unit.smooth(descent, pool);
+                unit.smooth(model, descent, pool);
             }
             where_is.gather(rows, units, pool);
             where_is.sweep(rows, units, pool);
             for ((unit, descent), obstacles) in units.iter_mut().zip(descents.iter_mut()).zip(obstacles.iter_mut()) {
                 if round % RENEWED == 0 {
                     rows.obstacles(unit.cloth(), obstacles);
-                    unit.levels_mut().obstruct(obstacles);
+                    unit.levels_mut().obstruct(obstacles, round == 0, pool);
                 }
-                rows.go_on(unit.index(), descent.momentum());
+                rows.go_on(unit.index(), descent.momentum(), pool);
                 unit.descend(model, descent, pool);
                 unit.levels_mut().resisted(&mut |obstacle, push| rows.lean(obstacles[obstacle as usize].row, push));
             }

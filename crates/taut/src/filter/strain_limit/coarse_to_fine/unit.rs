@@ -72,6 +72,13 @@ impl Descent {
     pub fn momentum(&self) -> f32 {
         momentum(self.since_restart, self.at_least > 0)
     }
+
+    /// The next cycle.
+    fn cycle(&self, model: &Model) -> Cycle {
+        let Self { since_restart, enough, at_least, sweeps, .. } = *self;
+        let is_last = sweeps + 1 == model.solver.iterations();
+        Cycle { since_restart, enough, is_sure: sweeps + 1 < at_least, is_last, is_calm: at_least > 0 }
+    }
 }
 
 impl Unit {
@@ -200,10 +207,7 @@ impl Unit {
 
     /// Goes on by one cycle.
     pub fn descend(&mut self, model: &Model, descent: &mut Descent, pool: &Pool) {
-        let Descent { enough, at_least, .. } = *descent;
-        let is_sure = descent.sweeps + 1 < at_least;
-        let is_last = descent.sweeps + 1 == model.solver.iterations();
-        let cycle = Cycle { since_restart: descent.since_restart, enough, is_sure, is_last, is_calm: at_least > 0 };
+        let cycle @ Cycle { enough, is_last, .. } = descent.cycle(model);
         let left = self.levels.cycle(cycle, pool);
         descent.sweeps += 1;
         descent.is_done = false;
@@ -231,11 +235,11 @@ impl Unit {
         descent.is_over = descent.is_done || is_stuck;
     }
 
-    /// Sweeps the finest level alone.
-    pub fn smooth(&mut self, descent: &mut Descent, pool: &Pool) {
-        let left = self.levels.smooth(descent.enough, pool);
-        descent.worst = left.worst;
-        descent.is_done = left.worst <= descent.enough;
+    /// Sweeps the finest level alone, before the next cycle.
+    pub fn smooth(&mut self, model: &Model, descent: &mut Descent, pool: &Pool) {
+        if let Some(left) = self.levels.smooth(descent.cycle(model), pool) {
+            descent.worst = left.worst;
+        }
     }
 
     /// Takes what is around some of its particles ..

@@ -116,6 +116,11 @@ impl GeneralLevels {
         self.tiles.measure(&self.levels[0], enough, pool)
     }
 
+    /// Whether the next cycle tells what is left.
+    fn is_measured(&self, is_sure: bool, is_last: bool) -> bool {
+        is_last || !is_sure && self.unmeasured == 0
+    }
+
     /// Goes on with `momentum`.
     fn go_on(&mut self, momentum: f32, pool: &Pool) {
         for_each_two_chunks(&mut self.levels[0].d, &mut self.previous, pool, |_, d, previous| {
@@ -198,8 +203,8 @@ impl Levels for GeneralLevels {
         }
     }
 
-    fn obstruct(&mut self, obstacles: &[Obstacle]) {
-        self.obstacles.set(obstacles, &self.levels, &self.places, !self.held.is_empty());
+    fn obstruct(&mut self, obstacles: &[Obstacle], anew: bool, pool: &Pool) {
+        self.obstacles.set(obstacles, &self.levels, &self.places, !self.held.is_empty(), anew, pool);
         self.solved = true;
     }
 
@@ -234,7 +239,7 @@ impl Levels for GeneralLevels {
         self.held.iter().for_each(|&(place, d)| self.levels[0].d[place as usize] = d);
         self.levels[0].moved.fill(false);
         self.sweep_finest(true, pool);
-        if !is_last && (is_sure || self.unmeasured > 0) {
+        if !self.is_measured(is_sure, is_last) {
             self.unmeasured = self.unmeasured.saturating_sub(1);
             return None;
         }
@@ -251,10 +256,10 @@ impl Levels for GeneralLevels {
         Some(left)
     }
 
-    fn smooth(&mut self, enough: f32, pool: &Pool) -> Measure {
+    fn smooth(&mut self, Cycle { enough, is_sure, is_last, .. }: Cycle, pool: &Pool) -> Option<Measure> {
         self.levels[0].moved.fill(false);
         self.sweep_finest(true, pool);
-        self.measure(enough, pool)
+        self.is_measured(is_sure, is_last).then(|| self.measure(enough, pool))
     }
 
     fn back_off(&self) -> f32 {

@@ -4,10 +4,13 @@
 //! resists: what a level adds to the displacements may use up the room that the row has, and no more. Rows that push on coarse levels
 //! make cloth rigid; without any, coarse levels push cloth into what it lies on, and the finest level alone cannot carry that back.
 
+use std::ops::Range;
+
 use glam::Vec4;
 
 use super::level::GeneralLevel;
 use crate::contact::Obstacle;
+use crate::geometry::{Pool, for_each_chunk};
 
 /// Particles of a level that a row may have; those of rows with more resist nothing there, nor on coarser levels.
 const MOST: usize = 16;
@@ -19,37 +22,57 @@ const HELD: f32 = 0.75;
 /// Particles of a level with their parts of a row.
 type Nodes = ([(u32, f32); MOST], usize);
 
-/// A row on one level.
+/// What a row is on one level.
 #[derive(Debug, Clone, Copy)]
 struct Blocked {
     /// The particles with the largest part on either side: of rows that share both the one with the least room is enough.
     key: [u32; 2],
-    nodes: [(u32, f32); MOST],
-    count: usize,
+    nodes: Nodes,
+    normal: Vec4,
+    give: f32,
+}
+
+/// A row that counts on a level.
+#[derive(Debug, Clone, Copy)]
+struct Come {
+    key: [u32; 2],
+    room: f32,
+    /// What it was before: a row, or what is kept of one level finer.
+    from: u32,
+    /// Its part of what those with its key push [1].
+    share: f32,
+}
+
+/// The first of rows that are alike, in place of all.
+#[derive(Debug, Clone)]
+struct Kept {
+    nodes: Range<usize>,
     normal: Vec4,
     room: f32,
     give: f32,
-    /// What it stands for: a row, or what is kept of one level finer; and its part of what those with its key push [1].
-    stands_for: u32,
-    share: f32,
-    /// If it is kept, the pushes of all with its key so far, and what they have pushed here since that was told the last time [kg m].
+    /// The row of the finest level that it is.
+    row: u32,
+    /// Which of those that count it stands for.
+    alike: Range<usize>,
+    /// The pushes of all of these so far, and what they have pushed here since that was told the last time [kg m].
     total: f32,
     push: f32,
 }
 
-/// The rows of a coarse level: as they came; in the order of their keys; and where those that are alike are in that order.
-#[derive(Debug, Default)]
-struct Rows {
-    list: Vec<Blocked>,
-    order: Vec<u32>,
-    kept: Vec<Kept>,
+/// What might count on a level: the row of the finest level that it is, and what it is here, if it does.
+#[derive(Debug, Clone, Copy)]
+struct Might {
+    row: u32,
+    here: Option<Blocked>,
 }
 
-/// Rows that are alike: the first of them counts.
-#[derive(Debug, Clone, Copy)]
-struct Kept {
-    first: u32,
-    count: u32,
+/// The rows of a coarse level: all that might count, those that do in the order of their keys, and what is kept of them, with its nodes.
+#[derive(Debug, Default)]
+struct Rows {
+    might: Vec<Might>,
+    come: Vec<Come>,
+    kept: Vec<Kept>,
+    nodes: Vec<(u32, f32)>,
 }
 
 /// The rows of all coarse levels, from the second finest on.
@@ -64,47 +87,55 @@ impl Obstacles {
     }
 
     pub fn clear(&mut self) {
-        for Rows { list, kept, .. } in &mut self.levels {
-            list.clear();
+        for Rows { come, kept, .. } in &mut self.levels {
+            come.clear();
             kept.clear();
         }
     }
 
-    /// Takes rows; `places` are those of the cloth's particles on the finest level. `are_gripped` says whether bodies grip any of them.
-    pub fn set(&mut self, rows: &[Obstacle], levels: &[GeneralLevel], places: &[u32], are_gripped: bool) {
-        self.clear();
+    /// Takes rows; `places` are those of the cloth's particles on the finest level. `are_gripped` says whether bodies grip any of them,
+    /// `anew` whether anything but room and pushes has changed since the last time.
+    pub fn set(
+        &mut self,
+        rows: &[Obstacle],
+        levels: &[GeneralLevel],
+        places: &[u32],
+        are_gripped: bool,
+        anew: bool,
+        pool: &Pool,
+    ) {
+        if anew {
+            self.levels.iter_mut().for_each(|level| level.might.clear());
+        }
         for index in 0..self.levels.len() {
             let (finer, here) = self.levels.split_at_mut(index);
-            let here = &mut here[0];
-            let mut take = |nodes: Option<Nodes>, normal: Vec4, room: f32, stands_for: u32, share: f32| {
-                let nodes = nodes.filter(|nodes| !(are_gripped && is_held(nodes, &levels[index + 1])));
-                let row = nodes.and_then(|nodes| Blocked::new(nodes, normal, room, &levels[index + 1]));
-                here.list.extend(row.map(|row| Blocked { stands_for, share, ..row }));
-            };
+            let [below, level] = [&levels[index], &levels[index + 1]];
+            let counts = |nodes: &Nodes| !(are_gripped && is_held(nodes, level));
             // What counts on a level goes on to the next one.
             match finer.last() {
-                None => (0..).zip(rows).for_each(|(number, row)| {
-                    let nodes = row.nodes.iter().filter(|node| node.1 != 0.0);
-                    let nodes = nodes.map(|&(particle, part)| (places[particle as usize], part));
-                    take(raise(nodes, &levels[index]), row.normal.extend(0.0), row.room, number, row.push);
+                None => here[0].take(rows.len(), pool, |number| {
+                    let row = &rows[number];
+                    let nodes = || {
+                        let nodes = row.nodes.iter().filter(|node| node.1 != 0.0);
+                        raise(nodes.map(|&(particle, part)| (places[particle as usize], part)), below).filter(counts)
+                    };
+                    (number as u32, [row.room, row.push], move || Blocked::new(nodes()?, row.normal.extend(0.0), level))
                 }),
-                Some(finer) => finer.kept.iter().for_each(|kept| {
-                    let number = finer.order[kept.first as usize];
-                    let row = &finer.list[number as usize];
-                    take(raise(row.nodes[..row.count].iter().copied(), &levels[index]), row.normal, row.room, number, row.total);
+                Some(Rows { kept, nodes, .. }) => here[0].take(kept.len(), pool, |number| {
+                    let row = &kept[number];
+                    let nodes = || raise(nodes[row.nodes.clone()].iter().copied(), below).filter(counts);
+                    (row.row, [row.room, row.total], move || Blocked::new(nodes()?, row.normal, level))
                 }),
             }
-            here.keep_nearest();
         }
     }
 
     /// Takes back what a coarse level has used beyond the room of its rows.
     pub fn resist(&mut self, index: usize, level: &mut GeneralLevel) {
         let GeneralLevel { d, before, .. } = level;
-        let Rows { list, order, kept } = &mut self.levels[index - 1];
-        for kept in &*kept {
-            let row = &mut list[order[kept.first as usize] as usize];
-            let nodes = &row.nodes[..row.count];
+        let Rows { kept, nodes, .. } = &mut self.levels[index - 1];
+        for row in kept {
+            let nodes = &nodes[row.nodes.clone()];
             let gained: f32 =
                 nodes.iter().map(|&(node, part)| (d[node as usize] - before[node as usize]).dot(row.normal) * part).sum();
             let back = (-row.room - gained) * row.give;
@@ -117,48 +148,66 @@ impl Obstacles {
             }
         }
     }
-}
 
-impl Rows {
-    /// Of rows with the same key the one with the least room; the first of equal ones. All with that key have their share of its push.
-    fn keep_nearest(&mut self) {
-        let Self { list, order, kept } = self;
-        order.clear();
-        order.extend(0..list.len() as u32);
-        let row = |row: u32| &list[row as usize];
-        order.sort_unstable_by(|&a, &b| row(a).key.cmp(&row(b).key).then(row(a).room.total_cmp(&row(b).room)).then(a.cmp(&b)));
-        let mut first = 0;
-        for alike in order.chunk_by(|&a, &b| row(a).key == row(b).key) {
-            kept.push(Kept { first, count: alike.len() as u32 });
-            first += alike.len() as u32;
-        }
-        for &Kept { first, count } in &*kept {
-            let alike = &order[first as usize..][..count as usize];
-            let all: f32 = alike.iter().map(|&row| list[row as usize].share).sum();
-            for &row in alike {
-                let row = &mut list[row as usize];
-                row.share = if all > 0.0 { row.share / all } else { (count as f32).recip() };
-            }
-            list[alike[0] as usize].total = all;
-        }
-    }
-}
-
-impl Obstacles {
     /// Tells what rows have pushed on all levels since the last time [kg m].
     pub fn tell(&mut self, tell: &mut dyn FnMut(u32, f32)) {
         for index in (0..self.levels.len()).rev() {
             let (finer, here) = self.levels.split_at_mut(index);
-            let Rows { list, order, kept } = &mut here[0];
-            for &Kept { first, count } in &*kept {
-                let alike = &order[first as usize..][..count as usize];
-                let all = std::mem::take(&mut list[alike[0] as usize].push);
-                for row in alike.iter().filter(|_| all > 0.0).map(|&row| &list[row as usize]) {
+            let Rows { come, kept, .. } = &mut here[0];
+            for row in kept.iter_mut().filter(|row| row.push > 0.0) {
+                let all = std::mem::take(&mut row.push);
+                for one in &come[row.alike.clone()] {
                     match finer.last_mut() {
-                        None => tell(row.stands_for, all * row.share),
-                        Some(finer) => finer.list[row.stands_for as usize].push += all * row.share,
+                        None => tell(one.from, all * one.share),
+                        Some(finer) => finer.kept[one.from as usize].push += all * one.share,
                     }
                 }
+            }
+        }
+    }
+}
+
+impl Rows {
+    /// Takes so many rows. `of` tells of each which it is, its room and push, and how to find what it is here. Of rows with the same key it
+    /// keeps the one with the least room, the first of equal ones; all with that key have their share of its push.
+    fn take<F: FnOnce() -> Option<Blocked>>(
+        &mut self,
+        count: usize,
+        pool: &Pool,
+        of: impl Fn(usize) -> (u32, [f32; 2], F) + Sync,
+    ) {
+        let Self { might, come, kept, nodes } = self;
+        might.resize(count, Might { row: u32::MAX, here: None });
+        for_each_chunk(might, pool, |first, might| {
+            for (from, might) in (first..).zip(might) {
+                let (row, _, find) = of(from);
+                if might.row != row {
+                    *might = Might { row, here: find() };
+                }
+            }
+        });
+        come.clear();
+        for (from, might) in might.iter().enumerate() {
+            if let Some(Blocked { key, .. }) = might.here {
+                let (_, [room, push], _) = of(from);
+                come.push(Come { key, room, from: from as u32, share: push });
+            }
+        }
+        come.sort_unstable_by(|a, b| a.key.cmp(&b.key).then(a.room.total_cmp(&b.room)).then(a.from.cmp(&b.from)));
+        kept.clear();
+        nodes.clear();
+        let mut first = 0;
+        for alike in come.chunk_by_mut(|a, b| a.key == b.key) {
+            let total: f32 = alike.iter().map(|one| one.share).sum();
+            let equal = (alike.len() as f32).recip();
+            alike.iter_mut().for_each(|one| one.share = if total > 0.0 { one.share / total } else { equal });
+            let (one, alike) = (&alike[0], first..first + alike.len());
+            first = alike.end;
+            if let Might { row, here: Some(Blocked { nodes: (own, count), normal, give, .. }) } = might[one.from as usize] {
+                let from = nodes.len();
+                nodes.extend(&own[..count]);
+                let (nodes, room, push) = (from..nodes.len(), one.room, 0.0);
+                kept.push(Kept { nodes, normal, room, give, row, alike, total, push });
             }
         }
     }
@@ -192,8 +241,9 @@ fn is_held((nodes, count): &Nodes, level: &GeneralLevel) -> bool {
 }
 
 impl Blocked {
-    fn new((nodes, count): Nodes, normal: Vec4, room: f32, level: &GeneralLevel) -> Option<Self> {
-        let own = &nodes[..count];
+    /// A row on a level; none where too little is left of it there.
+    fn new(nodes: Nodes, normal: Vec4, level: &GeneralLevel) -> Option<Self> {
+        let own = &nodes.0[..nodes.1];
         let squares: f32 = own.iter().map(|node| node.1 * node.1).sum();
         let weight: f32 = own.iter().map(|&(node, part)| part * part * level.d[node as usize].w).sum();
         if squares < ALIKE || weight <= 0.0 {
@@ -203,7 +253,6 @@ impl Blocked {
             let with = own.iter().filter(|node| node.1 * sign > 0.0);
             with.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0))).map_or(u32::MAX, |node| node.0)
         };
-        let key = [largest(1.0), largest(-1.0)];
-        Some(Self { key, nodes, count, normal, room, give: 1.0 / weight, stands_for: 0, share: 0.0, total: 0.0, push: 0.0 })
+        Some(Self { key: [largest(1.0), largest(-1.0)], nodes, normal, give: 1.0 / weight })
     }
 }

@@ -163,7 +163,7 @@ impl Levels for LatticeLevels {
         unreachable!("cloth that can touch has no lattice")
     }
 
-    fn obstruct(&mut self, _: &[Obstacle]) {
+    fn obstruct(&mut self, _: &[Obstacle], _: bool, _: &Pool) {
         unreachable!("cloth that can touch has no lattice")
     }
 
@@ -171,7 +171,7 @@ impl Levels for LatticeLevels {
         unreachable!("cloth that can touch has no lattice")
     }
 
-    fn smooth(&mut self, _: f32, _: &Pool) -> Measure {
+    fn smooth(&mut self, _: Cycle, _: &Pool) -> Option<Measure> {
         unreachable!("cloth that can touch has no lattice")
     }
 
