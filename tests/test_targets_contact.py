@@ -12,6 +12,7 @@ from taut.bench.walker import SPEED, closed, squeezer, walk, walker
 from tools.targets.contact import friction, pulled
 from tools.targets.contact.chance import scene
 from tools.targets.contact.heaps import LAYERS, THICKNESS, height, layers
+from tools.targets.contact.judge import meets
 from tools.targets.contact.scenes import Stage, sheet
 from tools.targets.contact.shots import behind
 from tools.targets.contact.travel import Travel
@@ -107,6 +108,32 @@ def test_a_stack_is_as_high_as_its_layers() -> None:
         places[cloth.first_vertex :][: cloth.vertices, 2] = 0.001 + THICKNESS * (number + 0.5)
     simulation.positions = places
     assert height(simulation) == pytest.approx(LAYERS * THICKNESS, rel=1e-4)
+
+
+def test_what_stays_apart_by_a_tenth_of_a_millimetre_does_not_meet() -> None:
+    # A vertex comes to 0.129 mm of a triangle: of cloth 1 mm thick that two bodies press together.
+    before = np.array(
+        [
+            [0.0431922, -0.0306692, 0.0008827],
+            [0.0431382, -0.0375961, 0.0091095],
+            [0.043163, -0.0388251, -0.0058541],
+            [0.0431658, -0.0284391, -0.0044547],
+        ]
+    )
+    after = np.array(
+        [
+            [0.0462231, -0.0334286, -0.0045068],
+            [0.0461955, -0.039784, 0.004365],
+            [0.0462171, -0.0410719, -0.0109464],
+            [0.0462258, -0.0306339, -0.0087313],
+        ]
+    )
+    faces = np.array([[1, 2, 3]], np.int32)
+    before, after = np.asfortranarray(before), np.asfortranarray(after)
+    mesh = ipctk.CollisionMesh(before, ipctk.edges(faces), faces)
+    assert not meets(mesh, before, after)
+    after[0] = after[1:].mean(axis=0) - [1e-5, 0, 0]
+    assert meets(mesh, before, after)
 
 
 def test_what_a_watch_finds() -> None:

@@ -11,6 +11,9 @@ from taut.bodies import Body, bodies_at, normal_of
 
 Points = NDArray[np.float64]
 
+UNIT = 100.0
+"""Told metres, the toolkit takes a tenth of a millimetre for touching. So it is told centimetres."""
+
 
 @dataclass(frozen=True, slots=True)
 class Seen:
@@ -55,7 +58,7 @@ class Oracle:
         inside: set[str] = set()
         for moment in simulation.trace or [_now(simulation)]:
             places = self._places(moment)
-            crosses |= not ipctk.is_step_collision_free(self._mesh, self._before, places)
+            crosses |= meets(self._mesh, self._before, places)
             intersects |= ipctk.has_intersections(self._mesh, places)
             inside |= self._reached(simulation, moment)
             self._before = places
@@ -84,6 +87,11 @@ class Oracle:
             if not clear:
                 found.add(name)
         return found
+
+
+def meets(mesh: ipctk.CollisionMesh, before: Points, after: Points) -> bool:
+    """Whether something in a mesh meets something on straight ways between two places of its vertices [m]."""
+    return not ipctk.is_step_collision_free(mesh, before * UNIT, after * UNIT)
 
 
 def _now(simulation: Simulation) -> Points:
