@@ -91,6 +91,8 @@ class Stage:
         assert self._plotter.render_window is not None  # It is open.
         self._window = self._plotter.render_window
         self._window.SetMultiSamples(quality.samples)
+        # Otherwise each actor that is added draws the whole window, which nobody sees.
+        self._plotter.suppress_rendering = True
         for place, panel in zip(places, self._actors, strict=True):
             self._plotter.subplot(*place)
             panel.enter(self._plotter)
