@@ -86,13 +86,13 @@ class Stage:
             self._actors.append(Panel(self._plotter, frames, look))
         scale = self._scale if options.color == "strain" else None
         self._letterer = Letterer(options.size, self._corners, scale)
-        behind = Image.fromarray(np.asarray(self._plotter.screenshot(return_img=True), dtype=np.uint8))
-        self._behind = self._letterer.mount(behind.resize(self._whole, Image.Resampling.HAMMING))
         assert self._plotter.render_window is not None  # It is open.
         self._window = self._plotter.render_window
+        # No screenshot by PyVista: after one it draws the whole window for each actor that is added.
+        self._window.Render()
+        behind = Image.fromarray(np.ascontiguousarray(self._pixels(front=True)[::-1, :, :3]))
+        self._behind = self._letterer.mount(behind.resize(self._whole, Image.Resampling.HAMMING))
         self._window.SetMultiSamples(quality.samples)
-        # Otherwise each actor that is added draws the whole window, which nobody sees.
-        self._plotter.suppress_rendering = True
         for place, panel in zip(places, self._actors, strict=True):
             self._plotter.subplot(*place)
             panel.enter(self._plotter)
@@ -120,14 +120,19 @@ class Stage:
         """Draw what moves in one frame of each panel."""
         casts = [panel.show(frame) for panel, frame in zip(self._actors, frames, strict=True)]
         self._window.Render()
-        width, height = self._window.GetSize()
-        pixels = vtkUnsignedCharArray()
         # The back: VTK's front has its samples mixed as if they were opaque.
-        self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels)
+        drawn = self._pixels(front=False)
         shown = zip(self._panels, frames, strict=True)
         captions = [self._caption(*one) if self._has_captions else None for one in shown]
-        drawn = vtk_to_numpy(pixels).reshape(height, width, 4)  # type: ignore[no-untyped-call]
         return Drawing(drawn, casts, captions)
+
+    def _pixels(self, front: bool) -> NDArray[np.uint8]:
+        """What was rendered, from the bottom up, shape (height, width, 4)."""
+        width, height = self._window.GetSize()
+        pixels = vtkUnsignedCharArray()
+        self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, int(front), pixels)
+        found: NDArray[np.uint8] = vtk_to_numpy(pixels).reshape(height, width, 4)  # type: ignore[no-untyped-call]
+        return found
 
     def finish(self, drawing: Drawing) -> Image.Image:
         """Make a picture of a drawing. It may be called in another thread than the rest."""
