@@ -122,7 +122,7 @@ impl Monotone {
                 return look(charts, chart, flat).0;
             };
             let around = &charts.around[chart.around.clone()];
-            let change = around.iter().map(|&leaf| changes[leaf as usize]).fold(0.0, f32::max);
+            let change = most(around.iter().map(|&leaf| changes[leaf as usize]));
             laid.spare > change + ROUNDING || {
                 lay_ends(charts, chart, places, axes, flat);
                 look(charts, chart, flat).0
@@ -178,7 +178,12 @@ fn change_of(tree: &Tree, leaf: &Leaf, largest: &[f32], moved: impl Fn(u32) -> D
         let [b, c] = [b - a, c - a].map(|edge| edge.as_vec3a().length_squared());
         (b + c) * largest * largest
     };
-    tree.triangles[from..to].iter().zip(&largest[from..to]).map(of).fold(0.0, f32::max).sqrt()
+    most(tree.triangles[from..to].iter().zip(&largest[from..to]).map(of)).sqrt()
+}
+
+/// The largest of numbers that are not below zero. What is no number counts as the largest: its bits do.
+fn most(numbers: impl Iterator<Item = f32>) -> f32 {
+    f32::from_bits(numbers.map(|number| number.abs().to_bits()).max().unwrap_or_default())
 }
 
 impl Scale {
@@ -357,6 +362,10 @@ mod tests {
         monotone.run_again(&tree, &crumpled, &rest, &Pool::new(1), |vertex| told[vertex as usize] = true);
         let after = spared(&tree, &monotone)[1];
         assert!(0 < after && after < before, "{after} of {before}");
+        let mut lost = Monotone::new(&tree, |vertex| rest[vertex as usize]);
+        lost.run(&places(rest.clone(), rest.clone()), &Pool::new(1));
+        lost.run_again(&tree, &places(rest.clone(), vec![DVec3::NAN; rest.len()]), &rest, &Pool::new(1), |_| ());
+        assert_eq!(spared(&tree, &lost)[1], 0);
         for one in &tree.leaves {
             let is_told = tree.vertices_of(one.index).any(|vertex| told[vertex as usize]);
             let is_far = tree.vertices_of(one.index).all(|vertex| rest[vertex as usize].x < 0.3);
