@@ -2,7 +2,7 @@
 
 import csv
 from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 
 from taut.bench.machine import Machine
@@ -28,8 +28,13 @@ class History:
         """The history of a machine in a folder."""
         return cls(folder / f"{machine.name}.csv")
 
-    def append(self, row: Row, machine: Machine) -> None:
-        """Add a row, measured now.
+    def append(self, row: Row, machine: Machine, at: datetime) -> None:
+        """Add a row.
+
+        Args:
+            row: what was measured.
+            machine: where.
+            at: when, in universal time.
 
         Raises:
             OSError: the file cannot be written.
@@ -37,7 +42,7 @@ class History:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         new = not self.path.exists()
         head = [
-            datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+            at.strftime("%Y-%m-%dT%H:%M:%SZ"),
             *(machine.version, machine.revision, machine.processor, machine.cores, machine.system),
         ]
         numbers = [f"{x:.6g}" if isinstance(x, float) else x for x in asdict(row).values()]

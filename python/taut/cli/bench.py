@@ -1,6 +1,7 @@
 """``taut bench``."""
 
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar
 
@@ -103,10 +104,10 @@ def _measure(
         )
         before = past.last_ratio(row) if past is not None and compare else None
         typer.echo(line + ("" if before is None else f"{before:8.1f}"))
-        if past is not None:
-            past.append(row, machine)
-        if csv is not None:
-            History(csv).append(row, machine)
+        now = datetime.now(UTC)
+        for kept_in in (past, None if csv is None else History(csv)):
+            if kept_in is not None:
+                kept_in.append(row, machine, now)
     kept = "not kept: there is no folder benches/history here" if past is None else f"kept in {past.path}"
     typer.echo("ms/frame: mean of the frames; yardstick: one plain spring-force pass on one thread;")
     typer.echo(f"ratio: frame / yardstick; {kept}")
