@@ -18,6 +18,8 @@ type Points = Vec<[f64; 3]>;
 fn nets() -> impl Strategy<Value = (Points, Vec<[u32; 2]>, Vec<[f32; 3]>)> {
     (3_usize..14).prop_flat_map(|count| {
         let points = prop::collection::vec([-1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64], count);
+        let points =
+            points.prop_filter("two points at one place", |points| (1..points.len()).all(|a| !points[..a].contains(&points[a])));
         let extra = prop::collection::vec([0..count as u32, 0..count as u32], 0..count);
         let velocities = prop::collection::vec([-9.0..9.0_f32, -9.0..9.0_f32, -9.0..9.0_f32], count);
         (points, extra, velocities).prop_map(|(points, extra, velocities)| {
@@ -94,12 +96,17 @@ proptest! {
         prop_assert!(worst(&model, &state) <= 1.0 + 1e-5, "{}", worst(&model, &state));
         prop_assert!(kinetic_energy(&model, &state) <= energy * (1.0 + 1e-5));
         if !pinned {
-            prop_assert!((momentum(&model, &state) - before).length() < 1e-5 * (1.0 + before.length()));
+            // Places are rounded in a box of 2 m, and velocities come from them.
+            let rounding = model.particles.mass.iter().sum::<f32>() * 2.0 * f32::EPSILON / model.schedule.step_length as f32;
+            prop_assert!((momentum(&model, &state) - before).length() < 1e-5 * before.length() + f64::from(rounding));
         }
         let once = state.clone();
         limit(&model, &mut state);
-        let moved = once.velocities.iter().zip(state.velocities.iter()).map(|(a, b)| a.distance(b)).fold(0.0, f32::max);
-        prop_assert!(moved < 2e-2, "a second pass changes a velocity by {moved} m/s");
+        let changed = once.velocities.iter().zip(state.velocities.iter()).map(|(a, b)| a.distance(b)).fold(0.0, f32::max);
+        let moved = changed * model.schedule.step_length as f32;
+        // A chain that is taut goes aside by the square root of what its length lacks, here the tolerance, in a box of 2 m.
+        prop_assert!(moved < 2.0 * 1e-6_f32.sqrt(), "a second pass moves a point by {moved} m");
+        prop_assert!(moved == 0.0 || worst(&model, &once) > 1.0, "a second pass moves a point by {moved} m, with no spring too long");
     }
 
     #[test]

@@ -16,10 +16,6 @@ use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::State;
 
-/// Where bodies and pins move apart, cloth may have the kinetic energy of this speed, as a part of the largest with which one of them goes
-/// beside the others [1]: no frame is known from which it would not rise. So it may where what is too near is brought apart.
-const WHIPS: f64 = 2.0;
-
 /// Workspace: what there is of cloths that touch each other, at the first of them.
 #[derive(Default)]
 pub(super) struct Gains {
@@ -142,7 +138,9 @@ impl Group {
         if self.frame.is_none() { gain.after.all / self.mass } else { DVec3::ZERO }
     }
 
-    /// The parts of its ways and of its velocities that it may have.
+    /// The parts of its ways and of its velocities that it may have. Where bodies and pins move apart no frame is known from which kinetic
+    /// energy would not rise: it may be that of the largest speed with which one of them goes beside the others. So goes a rope over a
+    /// pulley that is pulled away. So it may be where what is too near is brought apart.
     fn parts_that_are_left(&self, step: f64) -> [f64; 2] {
         let square = |sum: &Sum| match self.frame {
             Some(_) => sum.square,
@@ -152,9 +150,8 @@ impl Group {
             let (most, after) = (square(&gain.before).max(least), square(&gain.after));
             if after > most && !self.tightens { (most / after).sqrt() } else { 1.0 }
         };
-        let furthest = WHIPS * self.apart;
-        let speed = furthest / step;
-        [part(&self.ways, self.mass * furthest * furthest), part(&self.velocities, self.mass * speed * speed)]
+        let speed = self.apart / step;
+        [part(&self.ways, self.mass * self.apart * self.apart), part(&self.velocities, self.mass * speed * speed)]
     }
 }
 

@@ -24,8 +24,10 @@ use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::{State, measure};
 
-/// Cycles and sweeps in turn, at most: a cloth that hangs on a corner takes them all. With rows that came late, so many more.
-const ROUNDS: usize = 90;
+/// Cycles and sweeps in turn, at most; with rows that came late, so many more.
+const ROUNDS: usize = 30;
+/// .. where nothing is struck: a cloth that hangs on a corner takes them all. Where something moves, rows may contradict each other.
+const ROUNDS_IF_CALM: usize = 90;
 const ROUNDS_OF_REPAIR: usize = 6;
 /// .. and at least: what lies still is pushed, and held, in every step.
 const AT_LEAST: usize = 3;
@@ -146,7 +148,7 @@ impl Touch {
         self.contact.rows.take_behind(self.led.behind(model, state));
         limited.pinched = self.contact.rows.share() as u32;
         self.grip(units);
-        let mut rounds = ROUNDS.min(model.solver.iterations() as usize);
+        let mut rounds = ROUNDS_IF_CALM.min(model.solver.iterations() as usize);
         for attempt in 0.. {
             self.resolve(units, model, state, rounds, pool); // 2
             ends.clone_from(&self.proposed);
@@ -231,7 +233,7 @@ impl Touch {
 
     /// Sweeps over rows and springs in turn, until springs are short enough and rows are kept.
     fn solve(&mut self, units: &mut [Unit], model: &Model, rounds: usize, pool: &Pool) {
-        let Self { contact, where_is, obstacles, descents, .. } = self;
+        let Self { contact, where_is, obstacles, descents, left_of_energy, .. } = self;
         // What brings intersecting things apart may contradict itself.
         let may_agree = contact.brings_apart().is_none();
         let rows = &mut contact.rows;
@@ -248,6 +250,13 @@ impl Touch {
             where_is.gather(rows, units, pool);
             if round >= AT_LEAST && descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
                 return;
+            }
+            if round == ROUNDS {
+                left_of_energy.clear();
+                left_of_energy.extend(units.iter_mut().zip(&*descents).map(|(unit, descent)| unit.left_of_energy(descent, pool)));
+                if !none_is_struck(left_of_energy) {
+                    return;
+                }
             }
             match round {
                 GIVES_WAY if is_pinched => rows.give_way(),

@@ -257,15 +257,20 @@ impl Unit {
     /// Hands the corrected ends of what touches something out: that may give it energy and momentum. Returns the part of the kinetic
     /// energy of the proposal that is left [1].
     pub fn settle_touching(&mut self, state: &mut State, descent: &Descent, pool: &Pool) -> f64 {
-        self.levels.settle(pool);
-        let left_of_energy = match (descent.frame, descent.energy) {
-            (Some(frame), Some(before)) => self.levels.motion().energy(frame, &mut self.energies, pool) / before,
-            _ => 1.0,
-        };
+        let left_of_energy = self.left_of_energy(descent, pool);
         self.remember(state, descent, left_of_energy);
         let cycles = &mut state.calm[self.index].cycles;
         *cycles = (*cycles).min(MOST_IF_TOUCHED);
         left_of_energy
+    }
+
+    /// Looks at the corrected ends. Returns the part of the kinetic energy of the proposal that is left [1].
+    pub fn left_of_energy(&mut self, descent: &Descent, pool: &Pool) -> f64 {
+        self.levels.settle(pool);
+        match (descent.frame, descent.energy) {
+            (Some(frame), Some(before)) => self.levels.motion().energy(frame, &mut self.energies, pool) / before,
+            _ => 1.0,
+        }
     }
 
     /// Hands the corrected ends out, within the bound on kinetic energy. Returns the part of the motion that this bound took [1].
