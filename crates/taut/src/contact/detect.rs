@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::Places;
 use super::proximity::Kind;
-use super::surfaces::{Surfaces, Thick};
+use super::surfaces::{Owner, Surfaces, Thick};
 use super::tree::{Bounds, Leaf, Tree};
 use super::ways::Ways;
+use super::{FLOOR, MARGIN, Places};
 use crate::geometry::{Pool, for_each_part};
 
 /// Two features.
@@ -40,7 +40,8 @@ pub(crate) struct Detection {
     pub further: Vec<Pair>,
     /// Vertices of cloths that come within the wide margin of something thick on the known way, each with the number of that.
     pub beside: Vec<(u32, u32)>,
-    /// The wide margin [m], and the ends of the known way; that of the first search is the way that rows are made of.
+    /// The wide margin, in thicknesses between the features of a pair [1], and the ends of the known way; that of the first search is
+    /// the way that rows are made of.
     margin: f64,
     ends: Vec<DVec3>,
     ends_of_rows: Vec<DVec3>,
@@ -90,7 +91,7 @@ impl Detection {
     /// Finds all pairs of features that share no vertex and come within the margin of rows; but for those of cloth that is so flat that
     /// it cannot touch itself.
     pub fn run(&mut self, surfaces: &mut Surfaces, places: &Places, pool: &Pool) {
-        self.margin = surfaces.widest_margin();
+        self.margin = MARGIN;
         self.certificates = 0;
         self.ends.clone_from(&places.ends);
         self.ends_of_rows.clone_from(&places.ends);
@@ -122,12 +123,11 @@ impl Detection {
     /// margin along an axis are so by the narrow one if what their ends have moved since makes no difference: those are not asked
     /// about, and what the known way found of them is enough.
     pub fn run_again(&mut self, surfaces: &mut Surfaces, places: &Places, pool: &Pool) {
-        let floor = surfaces.widest_floor();
-        let mut margin = floor;
+        let mut margin = FLOOR;
         match self.certificates {
             // Others may follow, and can ask about little if this one asks for more.
             0 => {
-                margin += TO_SPARE * (self.margin - floor);
+                margin += TO_SPARE * (self.margin - FLOOR);
                 self.first_ends.clone_from(&places.ends);
             }
             // The way of the first one is the known way now.
@@ -136,13 +136,13 @@ impl Detection {
                 self.pairs.retain(|pair| !is_asked(asked, pair));
                 self.pairs.append(&mut self.further);
                 std::mem::swap(&mut self.ends, &mut self.first_ends);
-                self.margin = floor + TO_SPARE * (self.margin - floor);
+                self.margin = FLOOR + TO_SPARE * (self.margin - FLOOR);
             }
             _ => {}
         }
         self.certificates += 1;
-        let near = 0.5 * (self.margin - margin);
-        for ((asked, then), now) in self.asked.iter_mut().zip(&self.ends).zip(&places.ends) {
+        for (((asked, then), now), &owner) in self.asked.iter_mut().zip(&self.ends).zip(&places.ends).zip(&surfaces.owners) {
+            let near = (self.margin - margin) * surfaces.skins[owner as usize].thickness;
             *asked = then.distance_squared(*now) > near * near;
         }
         for (monotone, tree) in surfaces.monotone.iter_mut().zip(&surfaces.cloths) {
@@ -161,11 +161,13 @@ impl Detection {
     fn search(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pairs: &mut Vec<Pair>, pool: &Pool) {
         let Self { ways, asked, bounds, stack, met, parts, .. } = self;
         pairs.clear();
-        ways.take(places, 0.5 * margin as f32, bounds, pool);
+        // What each of two features is wide adds up to their margin.
+        let half = |vertex: usize| (margin * surfaces.skins[surfaces.owners[vertex] as usize].thickness) as f32;
+        ways.take(places, half, bounds, pool);
         for tree in surfaces.cloths.iter_mut().chain(&mut surfaces.bodies) {
             tree.refit_nodes(bounds, asked, pool);
         }
-        let Surfaces { cloths, monotone, bodies, thick, skins, among_cloths, .. } = &*surfaces;
+        let Surfaces { cloths, monotone, bodies, thick, skins, owners, among_cloths, .. } = &*surfaces;
         let tree = |index: u32| match (index as usize).checked_sub(cloths.len()) {
             None => &cloths[index as usize],
             Some(body) => &bodies[body],
@@ -200,7 +202,8 @@ impl Detection {
         }
         for_each_part(&mut parts[..count], met.len() * PART, pool, |index, Part { pairs, near }| {
             pairs.clear();
-            let mut found = Found { ways, margin, bounds, asked, near, pairs };
+            let mut found = Found { ways, margin: 0.0, bounds, asked, near, pairs };
+            let between = |owners: [Owner; 2]| margin * surfaces.thickness(owners);
             for &Met { trees, leaves: [one, two], thick: number } in met[index * PART..].iter().take(PART) {
                 let [a, b] = trees.map(tree);
                 let leaves = [&a.leaves[one as usize], &b.leaves[two as usize]];
@@ -208,10 +211,15 @@ impl Detection {
                 if is_own && monotone[trees[0] as usize].spares(leaves[0], leaves[1]) {
                     continue;
                 }
+                let owner = |tree: &Tree| owners[tree.vertices[0] as usize];
                 if let Some(number) = number {
                     let thick = &thick[number as usize];
+                    found.margin = between([owner(a), thick.owner]);
                     found.beside(a, leaves[0], thick, skins[thick.owner as usize].radius);
-                } else if is_own && one == two {
+                    continue;
+                }
+                found.margin = between([owner(a), owner(b)]);
+                if is_own && one == two {
                     found.within(a, leaves[0]);
                 } else {
                     found.between([a, b], leaves);

@@ -8,7 +8,6 @@ use super::detect::Pair;
 use super::monotone::Monotone;
 use super::reach::{along_links, within_two};
 use super::tree::Tree;
-use super::{FLOOR, MARGIN};
 use crate::model::{Adjacency, BodyShape, ClothRange, Model};
 
 /// Whose a vertex is: a cloth, or a body after all cloths.
@@ -64,8 +63,6 @@ pub(crate) struct Surfaces {
     pub weights: Vec<f32>,
     /// The number of particles.
     pub particles: usize,
-    /// The largest thickness between any two [m].
-    thickest: f64,
 }
 
 impl Surfaces {
@@ -132,8 +129,6 @@ impl Surfaces {
         let near = sorted(all, (0..all as u32).flat_map(near_of).collect());
         let mut weights = model.particles.inverse_mass.clone();
         weights.resize(all, 0.0);
-        let cloth_most = skins[..cloths.len()].iter().map(|skin| skin.thickness).fold(0.0, f64::max);
-        let most = skins.iter().map(|skin| skin.thickness).fold(0.0, f64::max);
         Some(Self {
             cloths,
             bodies: surfaces,
@@ -147,7 +142,6 @@ impl Surfaces {
             near,
             weights,
             particles,
-            thickest: cloth_most + most,
         })
     }
 
@@ -172,16 +166,6 @@ impl Surfaces {
     /// How far mid-surfaces of two owners are kept apart [m].
     pub fn thickness(&self, pair: [Owner; 2]) -> f64 {
         pair.iter().map(|&owner| self.skins[owner as usize].thickness).sum()
-    }
-
-    /// The largest of these, for margins of rows ..
-    pub fn widest_margin(&self) -> f64 {
-        MARGIN * self.thickest
-    }
-
-    /// .. and for floors of certificates [m].
-    pub fn widest_floor(&self) -> f64 {
-        FLOOR * self.thickest
     }
 
     /// Radii inside of the skins of two owners [m].

@@ -26,11 +26,12 @@ impl Ways {
         Self { list: vec![[Vec3A::ZERO; 2]; vertices] }
     }
 
-    /// Takes them, and boxes of vertices that are wider by `half` [m] on all sides.
-    pub fn take(&mut self, places: &Places, half: f32, bounds: &mut [Bounds], pool: &Pool) {
+    /// Takes them, and boxes of vertices that are wider by what `half` says of each [m] on all sides.
+    pub fn take(&mut self, places: &Places, half: impl Fn(usize) -> f32 + Sync, bounds: &mut [Bounds], pool: &Pool) {
         for_each_two_chunks(&mut self.list, bounds, pool, |first, ways, bounds| {
             let ends = places.x[first..].iter().zip(&places.ends[first..]);
-            for ((way, bounds), (x, end)) in ways.iter_mut().zip(bounds).zip(ends) {
+            for (((way, bounds), (x, end)), vertex) in ways.iter_mut().zip(bounds).zip(ends).zip(first..) {
+                let half = half(vertex);
                 *way = [x.as_vec3a(), end.as_vec3a()];
                 *bounds = Bounds::around(*way, way.map(|place| half + ROUNDING * place.abs().max_element()));
             }
@@ -106,7 +107,7 @@ mod tests {
             let ends = x.iter().zip(ways).map(|(x, way)| *x + DVec3::from(way) * 0.3 * size).collect();
             let places = Places { x, ends, ..Places::default() };
             let mut list = Ways::new(4);
-            list.take(&places, 0.0, &mut [Bounds::NOTHING; 4], &Pool::new(1));
+            list.take(&places, |_| 0.0, &mut [Bounds::NOTHING; 4], &Pool::new(1));
             let pair = Pair { kind, corners: [0, 1, 2, 3] };
             let gap = f64::from(list.gap(pair));
             let motion = Motion::of(&places, pair);

@@ -42,14 +42,10 @@ impl Wanted {
         let split = kind.split();
         let owners = surfaces.owners_of(pair);
         let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
-        // Most pairs are far enough from each other, and stay so; of those that are joined nearly all.
-        let gap = f64::from(ways.gap(pair));
-        if gap >= MARGIN * thickness + radius {
-            return None;
-        }
         let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
         let thickness = thickness * if are_near { NEAR } else { 1.0 };
-        if gap >= MARGIN * thickness + radius {
+        // Most pairs that are joined are far enough from each other, and stay so; others are not among the pairs then.
+        if are_near && f64::from(ways.gap(pair)) >= MARGIN * thickness + radius {
             return None;
         }
         let x = corners.map(|corner| places.x[corner as usize]);
