@@ -6,10 +6,9 @@
 use glam::DVec3;
 
 use super::crossing::Motion;
-use super::detect::{Detection, Pair};
+use super::detect::{Candidate, Detection, Pair};
 use super::proximity::{Closest, Kind};
 use super::surfaces::Surfaces;
-use super::ways::Ways;
 use super::{FLOOR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 
@@ -64,9 +63,12 @@ impl Cuts {
         for_each_part(&mut self.parts[..count], count * CHUNK, pool, |index, (cuts, closest)| {
             cuts.clear();
             *closest = f64::INFINITY;
-            let counts = |pair: &&Pair| index >= of_first || !detection.is_asked(pair);
-            for pair in chunk(index).into_iter().flatten().filter(counts) {
-                if let Some((cut, distance)) = look(surfaces, places, &detection.ways, *pair) {
+            // Those that were found on another way are asked about on this one.
+            let is_known = index < of_first;
+            let counts = |candidate: &&Candidate| !is_known || !detection.is_asked(&candidate.pair);
+            for &Candidate { pair, gap } in chunk(index).into_iter().flatten().filter(counts) {
+                let gap = if is_known { detection.ways.gap(pair) } else { gap };
+                if let Some((cut, distance)) = look(surfaces, places, pair, gap) {
                     *closest = closest.min(distance);
                     cuts.extend(cut);
                 }
@@ -114,11 +116,11 @@ impl Cuts {
 }
 
 /// What a pair that is not far from each other all the way would cross, and its distance at the start [m].
-fn look(surfaces: &Surfaces, places: &Places, ways: &Ways, pair: Pair) -> Option<(Option<Cut>, f64)> {
+fn look(surfaces: &Surfaces, places: &Places, pair: Pair, gap: f32) -> Option<(Option<Cut>, f64)> {
     let owners = surfaces.owners_of(pair);
     let radius = surfaces.radius(owners);
     let thickness = surfaces.thickness(owners);
-    if f64::from(ways.gap(pair)) >= FLOOR * thickness + radius {
+    if f64::from(gap) >= FLOOR * thickness + radius {
         return None;
     }
     let motion = Motion::of(places, pair);

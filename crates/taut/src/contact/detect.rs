@@ -16,6 +16,13 @@ pub(crate) struct Pair {
     pub corners: [u32; 4],
 }
 
+/// A pair that was found, and how far its features are apart on the way on which it was, at least [m] (ways.rs).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Candidate {
+    pub pair: Pair,
+    pub gap: f32,
+}
+
 /// Two leaves that meet, and whose they are: a cloth, and a cloth or a body after all cloths. Instead of the second there may be something
 /// thick, by its number.
 #[derive(Debug, Clone, Copy)]
@@ -36,8 +43,8 @@ const TO_SPARE: f64 = 0.25;
 pub(crate) struct Detection {
     /// Those that come within a wide margin on a known way, and those that come within a narrower one on the way now, unless both of
     /// their features end near enough to where they did.
-    pub pairs: Vec<Pair>,
-    pub further: Vec<Pair>,
+    pub pairs: Vec<Candidate>,
+    pub further: Vec<Candidate>,
     /// Vertices of cloths that come within the wide margin of something thick on the known way, each with the number of that.
     pub beside: Vec<(u32, u32)>,
     /// The wide margin, in thicknesses between the features of a pair [1], and the ends of the known way; that of the first search is
@@ -61,7 +68,7 @@ pub(crate) struct Detection {
 /// What a part of the pairs of leaves holds, and features of one leaf that meet another one.
 #[derive(Debug, Default)]
 struct Part {
-    pairs: Vec<Pair>,
+    pairs: Vec<Candidate>,
     near: [Boxes; 2],
 }
 
@@ -133,7 +140,7 @@ impl Detection {
             // The way of the first one is the known way now.
             1 => {
                 let asked = &self.asked;
-                self.pairs.retain(|pair| !is_asked(asked, pair));
+                self.pairs.retain(|candidate| !is_asked(asked, &candidate.pair));
                 self.pairs.append(&mut self.further);
                 std::mem::swap(&mut self.ends, &mut self.first_ends);
                 self.margin = FLOOR + TO_SPARE * (self.margin - FLOOR);
@@ -158,7 +165,7 @@ impl Detection {
         is_asked(&self.asked, pair)
     }
 
-    fn search(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pairs: &mut Vec<Pair>, pool: &Pool) {
+    fn search(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pairs: &mut Vec<Candidate>, pool: &Pool) {
         let Self { ways, asked, bounds, stack, met, parts, .. } = self;
         pairs.clear();
         // What each of two features is wide adds up to their margin.
@@ -238,7 +245,7 @@ struct Found<'a> {
     bounds: &'a [Bounds],
     asked: &'a [bool],
     near: &'a mut [Boxes; 2],
-    pairs: &'a mut Vec<Pair>,
+    pairs: &'a mut Vec<Candidate>,
 }
 
 impl Found<'_> {
@@ -334,8 +341,12 @@ impl Found<'_> {
 
     fn add(&mut self, kind: Kind, corners: [u32; 4]) {
         let pair = Pair { kind, corners };
-        if is_asked(self.asked, &pair) && f64::from(self.ways.gap(pair)) < self.margin {
-            self.pairs.push(pair);
+        if !is_asked(self.asked, &pair) {
+            return;
+        }
+        let gap = self.ways.gap(pair);
+        if f64::from(gap) < self.margin {
+            self.pairs.push(Candidate { pair, gap });
         }
     }
 }

@@ -160,7 +160,7 @@ impl Rows {
 
     /// Makes rows of the pairs that are near, or come near along their normal; `all` says whether none of them is left out.
     pub fn take_pairs(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection, all: bool, pool: &Pool) {
-        let Detection { pairs, ways, .. } = detection;
+        let pairs = &detection.pairs;
         let mut parts = std::mem::take(&mut self.parts);
         let count = pairs.len().div_ceil(CHUNK);
         if parts.len() < count {
@@ -169,7 +169,7 @@ impl Rows {
         for_each_part(&mut parts[..count], pairs.len(), pool, |index, part| {
             part.clear();
             let pairs = pairs[index * CHUNK..].iter().take(CHUNK);
-            part.extend(pairs.filter_map(|&pair| Wanted::of(surfaces, places, ways, pair, all)));
+            part.extend(pairs.filter_map(|&candidate| Wanted::of(surfaces, places, candidate, all)));
         });
         for wanted in parts[..count].iter().flatten() {
             self.add(surfaces, wanted);

@@ -2,10 +2,9 @@
 
 use glam::DVec3;
 
-use super::super::detect::Pair;
+use super::super::detect::{Candidate, Pair};
 use super::super::proximity::{Closest, Kind};
 use super::super::surfaces::{Owner, Surfaces};
-use super::super::ways::Ways;
 use super::super::{MARGIN, MARGIN_OF_EDGES, NEAR, Places};
 use super::NONE;
 use super::vertices::stand_for;
@@ -36,16 +35,25 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
-    /// What a pair asks for, if it is near, or comes near; `all` says whether all pairs that are may ask.
-    pub fn of(surfaces: &Surfaces, places: &Places, ways: &Ways, pair: Pair, all: bool) -> Option<Self> {
+    /// What a pair asks for, if it is near, or comes near, on the way on which it was found; `all` says whether all pairs that are may ask.
+    pub fn of(surfaces: &Surfaces, places: &Places, Candidate { pair, gap }: Candidate, all: bool) -> Option<Self> {
         let Pair { kind, corners } = pair;
+        let gap = f64::from(gap);
         let split = kind.split();
         let owners = surfaces.owners_of(pair);
         let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
+        // Where two cloths lie on each other their vertices keep them apart; edges count where these do not. Links have no triangles for
+        // the vertices of others.
+        let are_cloths = owners.iter().all(|&owner| (owner as usize) < surfaces.cloths.len());
+        let are_backed = kind == Kind::EdgeEdge && are_cloths && surfaces.are_surfaces(owners);
+        let part = if are_backed { MARGIN_OF_EDGES } else { MARGIN };
+        // Most pairs are far enough from each other, and stay so; of those that are joined nearly all.
+        if gap >= part * thickness + radius {
+            return None;
+        }
         let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
-        let thickness = thickness * if are_near { NEAR } else { 1.0 };
-        // Most pairs that are joined are far enough from each other, and stay so; others are not among the pairs then.
-        if are_near && f64::from(ways.gap(pair)) >= MARGIN * thickness + radius {
+        let (part, thickness) = if are_near { (MARGIN, NEAR * thickness) } else { (part, thickness) };
+        if gap >= part * thickness + radius {
             return None;
         }
         let x = corners.map(|corner| places.x[corner as usize]);
@@ -62,11 +70,6 @@ impl Wanted {
         let normal = if length > 0.0 { closest.way / length } else { across(surfaces, owners, x)? };
         let distance = length - radius;
         let end: DVec3 = (0..4).map(|end| places.ends[corners[end] as usize] * closest.parts[end]).sum();
-        // Where two cloths lie on each other their vertices keep them apart; edges count where these do not. Links have no triangles for
-        // the vertices of others.
-        let are_cloths = owners.iter().all(|&owner| (owner as usize) < surfaces.cloths.len());
-        let are_backed = are_cloths && !are_near && surfaces.are_surfaces(owners);
-        let part = if kind == Kind::EdgeEdge && are_backed { MARGIN_OF_EDGES } else { MARGIN };
         let margin = part * thickness;
         if distance > margin && normal.dot(end) - radius > margin {
             return None;

@@ -13,7 +13,7 @@ mod sides;
 
 use glam::DVec3;
 
-use super::detect::Pair;
+use super::detect::{Candidate, Pair};
 use super::start::{around, is_closed};
 use super::surfaces::{Owner, Surfaces};
 use super::tree::Bounds;
@@ -156,9 +156,9 @@ impl Tangle {
     }
 
     /// Leaves pairs out that must be free to pass each other.
-    pub fn spare(&self, surfaces: &Surfaces, pairs: &mut Vec<Pair>) {
+    pub fn spare(&self, surfaces: &Surfaces, pairs: &mut Vec<Candidate>) {
         if self.is_on {
-            pairs.retain(|pair| !self.is_spared(surfaces, pair));
+            pairs.retain(|candidate| !self.is_spared(surfaces, &candidate.pair));
         }
     }
 
