@@ -4,13 +4,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from taut import Scene, Simulation
 from taut.scene import find_scene
 
 from tools.targets.contact.drapes import stage, turned
 from tools.targets.contact.friction import let_go, pinched, slides, slope
 from tools.targets.contact.judge import Oracle, distance
-from tools.targets.contact.scenes import ball, sheet
+from tools.targets.contact.scenes import Stage, ball, sheet
 from tools.targets.table import FULL
 
 
@@ -280,3 +281,23 @@ def test_held_cloth_that_rises_lifts_other_cloth_at_its_thickness(cells: int) ->
         assert simulation.report.closest > 0.95 * 0.004
     heights = simulation.exact_positions[4:, 2] - simulation.exact_positions[0, 2]
     assert heights.min() < 1.05 * 0.004, "it has been lifted"
+
+
+@pytest.mark.parametrize("mesh", [False, True])
+def test_a_cloth_that_touches_but_itself_keeps_its_momentum(mesh: bool) -> None:
+    fields = {"thickness": 0.01, "strain_limit": 0.01, "friction": 0.3, "air_drag": 0.0}
+    scene = Stage({"fps": 60, "gravity": [0.0, 0.0, 0.0]}).cloth("sheet", **fields, **sheet(18, 0.5, mesh))
+    simulation = scene.simulation()
+    thrown = np.random.default_rng(5).normal([1.0, 2.0, 0.5], 0.5, simulation.positions.shape)
+    simulation.set_state(simulation.exact_positions, thrown.astype(np.float32), 0)
+    shares = simulation.mass / simulation.mass.sum()
+
+    def gathers(positions: NDArray[np.float32], velocities: NDArray[np.float32], step: float) -> None:
+        """Draws it together, without a momentum."""
+        velocities += 2000.0 * step * (shares @ positions - positions)
+
+    mean, contacts = shares @ simulation.velocities, 0
+    for _ in range(45):
+        contacts += simulation.step(simulation.substeps, hook=gathers).contacts
+        np.testing.assert_allclose(shares @ simulation.velocities, mean, atol=1e-4)
+    assert contacts > 10_000

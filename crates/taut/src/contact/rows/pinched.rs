@@ -25,6 +25,8 @@ pub(super) struct Pinched {
     asked: Vec<bool>,
     /// Vertices, and rows that they are in, in rising order.
     list: Vec<(u32, u32)>,
+    /// Of each row: whether it is that of a body, and whether that is behind its path there.
+    bodies: Vec<(bool, bool)>,
     /// What rows get of what there is [m].
     shares: Vec<f32>,
     /// Whether any have shared in this step.
@@ -118,7 +120,7 @@ impl Rows {
 
 impl Pinched {
     fn run(&mut self, rows: &mut Rows, is_asked: impl Fn(&Rows, &Row) -> bool, part: f32) -> usize {
-        let Self { asked, list, shares, any: any_shares, behind } = self;
+        let Self { asked, list, bodies, shares, any: any_shares, behind } = self;
         asked.clear();
         asked.resize(rows.vertices.len(), false);
         let mut any = false;
@@ -135,15 +137,20 @@ impl Pinched {
             list.extend(movable.map(|local| (local as u32, index)));
         }
         list.sort_unstable();
+        bodies.clear();
+        bodies.extend(rows.list.iter().map(|row| (rows.is_of_body(row), rows.is_behind(row, behind))));
         shares.clear();
         shares.resize(rows.list.len(), f32::INFINITY);
         for of_vertex in list.chunk_by(|a, b| a.0 == b.0) {
-            for (at, &(local, one)) in of_vertex.iter().enumerate() {
-                for &(_, other) in &of_vertex[at + 1..] {
-                    let [a, b] = [one, other].map(|index| &rows.list[index as usize]);
-                    let are_of_bodies = rows.is_of_body(a) && rows.is_of_body(b);
-                    let are_pressed = are_of_bodies || rows.is_behind(a, behind) || rows.is_behind(b, behind);
-                    if !are_pressed || a.way_of(local).dot(b.way_of(local)) > OPPOSED {
+            // One of both is that of a body. What goes far in a step has many more rows with cloth.
+            for &(local, one) in of_vertex.iter().filter(|(_, one)| bodies[*one as usize].0) {
+                let (a, (_, is_behind)) = (&rows.list[one as usize], bodies[one as usize]);
+                let way = a.way_of(local);
+                for &(_, other) in of_vertex {
+                    let (b, (is_of_body, is_other_behind)) = (&rows.list[other as usize], bodies[other as usize]);
+                    let is_seen_once = !is_of_body || one < other;
+                    let are_pressed = is_of_body || is_behind || is_other_behind;
+                    if !is_seen_once || !are_pressed || way.dot(b.way_of(local)) > OPPOSED {
                         continue;
                     }
                     let (room, both) = (rows.left(a) + rows.left(b), a.thickness + b.thickness);

@@ -80,20 +80,18 @@ impl Gains {
         for (cloth, carried) in model.cloths.iter().zip(carried) {
             let group = &self.groups[carried.first];
             let [of_ways, of_velocities] = group.parts_that_are_left(step);
+            let [(mean, astray), (mean_velocity, astray_velocity)] = [group.mean(&group.ways), group.mean(&group.velocities)];
             taken = taken.max(1.0 - of_ways);
-            if of_ways == 1.0 && of_velocities == 1.0 {
-                continue;
-            }
             for particle in cloth.particles().filter(is_free) {
                 let with = group.with(lying.start[particle]);
-                if of_ways < 1.0 {
-                    let with = with + group.mean(&group.ways);
-                    let now = with + (way(state, ends, particle) - with) * of_ways;
+                if of_ways < 1.0 || astray != DVec3::ZERO {
+                    let with = with + mean;
+                    let now = with + (way(state, ends, particle) - astray - with) * of_ways;
                     ends.set(particle, state.positions.get(particle) + now.as_vec3());
                 }
-                if of_velocities < 1.0 {
-                    let with = with / step + group.mean(&group.velocities);
-                    let now = with + (state.velocities.get(particle).as_dvec3() - with) * of_velocities;
+                if of_velocities < 1.0 || astray_velocity != DVec3::ZERO {
+                    let with = with / step + mean_velocity;
+                    let now = with + (state.velocities.get(particle).as_dvec3() - astray_velocity - with) * of_velocities;
                     state.velocities.set(particle, now.as_vec3());
                 }
             }
@@ -133,9 +131,12 @@ impl Group {
         self.frame.map_or(DVec3::ZERO, |frame| frame.way(place))
     }
 
-    /// What nothing carries keeps its momentum: how it goes on the mean.
-    fn mean(&self, gain: &Gain) -> DVec3 {
-        if self.frame.is_none() { gain.after.all / self.mass } else { DVec3::ZERO }
+    /// What nothing carries keeps its momentum: how it goes on the mean, and what cycles have added to that.
+    fn mean(&self, gain: &Gain) -> (DVec3, DVec3) {
+        match self.frame {
+            Some(_) => (DVec3::ZERO, DVec3::ZERO),
+            None => (gain.before.all / self.mass, (gain.after.all - gain.before.all) / self.mass),
+        }
     }
 
     /// The parts of its ways and of its velocities that it may have. Where bodies and pins move apart no frame is known from which kinetic

@@ -11,7 +11,8 @@ use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::State;
 
-/// A body that was held back comes nearer to its path by a quarter of what that moves in a step at most [1], or by a cell of the cloth.
+/// A body that was held back comes nearer to its path by this part of what that moves in a step at most [1], or of a cell of the cloth in
+/// an automatic step.
 const CATCHES_UP: f64 = 0.25;
 /// The first try is this part of a cell [1]; so many steps pass before it where none was of use.
 const FIRST_TRY: f64 = 1e-3;
@@ -34,8 +35,8 @@ impl Led {
         Self { ends, path, went: vec![1.0; model.bodies.list.len()] }
     }
 
-    /// Says where bodies go, and how far they turn, axis times angle [rad].
-    pub fn aim(&mut self, Stride { model, inputs, plan, .. }: Stride<'_>, state: &State, turns: &mut [DVec3]) {
+    /// Says where bodies go in a step, such a part of an automatic one, and how far they turn, axis times angle [rad].
+    pub fn aim(&mut self, Stride { model, inputs, plan, .. }: Stride<'_>, part: f64, state: &State, turns: &mut [DVec3]) {
         let times = [state.clock.time(), state.clock.next(plan.length).time()];
         inputs.bodies.turns(times, turns);
         for (path, time) in self.path.iter_mut().zip(times) {
@@ -47,7 +48,7 @@ impl Led {
             let own = body.vertices.clone();
             let furthest = |a: &[DVec3], b: &[DVec3]| own.clone().map(|at| a[at].distance(b[at])).fold(0.0, f64::max);
             let (behind, asked) = (furthest(&state.bodies, from), furthest(from, to));
-            let most = (CATCHES_UP * asked).max(model.contact.cell);
+            let most = CATCHES_UP * asked.max(model.contact.cell * part);
             let tries = match state.paces.get(index) {
                 Some(&pace) if pace != 0.0 => f64::from(pace).clamp(0.0, most),
                 _ => most,

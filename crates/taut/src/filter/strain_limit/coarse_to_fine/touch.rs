@@ -103,7 +103,7 @@ impl Touch {
         pool: &Pool,
     ) -> Limited {
         let model = stride.model;
-        self.led.aim(stride, state, &mut self.contact.places.turns);
+        self.led.aim(stride, part_of_automatic(stride), state, &mut self.contact.places.turns);
         self.proposed.clone_from(ends);
         self.velocities.clone_from(&state.velocities);
         self.descents.clear();
