@@ -187,7 +187,7 @@ fn ropes_drawn_in_one_plane_part() {
     assert_eq!(found(&json!({ "cloth": ropes })).0.len(), 10);
     let mut run = weightless(json!(ropes), json!([]));
     run.steps(1);
-    let mut watch = Watch::new(&run);
+    let mut watch = Watch::new(&mut run);
     let mut least = 0.0;
     for _ in 0..60 {
         run.steps(1);

@@ -393,13 +393,17 @@ impl Row {
         self.pushes() || self.grips > 0.0
     }
 
-    /// Projects it.
-    fn project(&mut self, d: &mut [Vec3], weights: &[f32]) {
+    /// Projects it. Tells which places in the workspace that moves, and how far [m].
+    fn project(&mut self, d: &mut [Vec3], weights: &[f32], mut tell: impl FnMut(usize, Vec3)) {
         let ends = self.ends.map(|end| end as usize);
         let impulse = self.respond((0..4).map(|end| d[ends[end]] * self.parts[end]).sum());
         if impulse != Vec3::ZERO {
             for end in 0..4 {
-                d[ends[end]] += impulse * (self.parts[end] * weights[ends[end]]);
+                let share = self.parts[end] * weights[ends[end]];
+                d[ends[end]] += impulse * share;
+                if share != 0.0 {
+                    tell(ends[end], impulse * share);
+                }
             }
         }
     }

@@ -34,7 +34,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    pub fn new(run: &Simulation) -> Self {
+    pub fn new(run: &mut Simulation) -> Self {
+        run.work.keep_trace(true);
         let model = &run.model;
         let count = model.particle_count();
         let mut skins = Vec::new();
@@ -65,9 +66,16 @@ impl Watch {
         Self { links, edges, triangles, points, skins, before: world(run) }
     }
 
-    /// Looks at where everything is, and at the straight way from where it was.
+    /// Looks at where everything is after some steps, and at the ways there from the last look: straight ones between the ends of the parts
+    /// that the steps were taken in.
     pub fn look(&mut self, run: &Simulation) -> Seen {
-        let now = world(run);
+        let points = run.work.trace().expect("a trace").iter().map(|point| [&point.particles[..], &point.bodies].concat());
+        let parts = points.map(|now| self.look_at(now)).collect::<Vec<_>>();
+        let last = parts.last().expect("at least one step");
+        Seen { least: last.least, passed: parts.iter().map(|part| part.passed).sum() }
+    }
+
+    fn look_at(&mut self, now: Vec<DVec3>) -> Seen {
         let before = std::mem::replace(&mut self.before, now);
         let mut seen = Seen { least: f64::INFINITY, passed: 0 };
         let boxes = |features: &[Feature]| -> Vec<[DVec3; 2]> { features.iter().map(|of| self.around(&before, of)).collect() };

@@ -104,6 +104,6 @@ impl Rows {
                 }
             }
         });
-        others.iter_mut().for_each(|row| row.project(d, weights));
+        others.iter_mut().for_each(|row| row.project(d, weights, |_, _| ()));
     }
 }

@@ -1,84 +1,69 @@
-//! Rows that are not kept, and those beside them: where a whole cloth hangs on a corner they need many more sweeps than all others.
+//! The rows of single vertices, of which those that are not kept are put right one by one.
 
 use glam::Vec3;
 
-use super::Rows;
+use super::{NONE, Row, Rows};
 
-/// Rows, and the places in the workspace of their vertices.
+/// The rows of each place in the workspace: those of place p are `rows[starts[p]..starts[p + 1]]`.
 #[derive(Debug, Default)]
 pub(super) struct Near {
+    starts: Vec<u32>,
     rows: Vec<u32>,
-    locals: Vec<u32>,
-    /// Whether a place is one of a row that is not kept, or among `locals`.
-    is_unkept: Vec<bool>,
-    is_taken: Vec<bool>,
 }
 
 impl Rows {
-    /// Finds the rows that are not kept, and all that share a vertex with one of them. Returns whether there are any, but only few.
-    pub fn find_unkept(&mut self, most: usize) -> bool {
-        let mut near = std::mem::take(&mut self.near);
-        let Near { rows, locals, is_unkept, is_taken } = &mut near;
+    /// Calls `visit` with the particles of rows that are not kept, if these are at most so many. Returns whether they are.
+    pub fn unkept(&self, most: usize, visit: impl FnMut(usize)) -> bool {
+        let unkept = || self.list.iter().filter(|row| !self.is_kept(row));
+        let are_few = unkept().take(most + 1).count() <= most;
+        if are_few {
+            let vertices = unkept().flat_map(Row::locals).map(|local| self.vertices[local] as usize);
+            vertices.filter(|&vertex| vertex < self.particles).for_each(visit);
+        }
+        are_few
+    }
+
+    /// Finds out which rows each vertex is in.
+    pub fn index(&mut self) {
+        let Near { starts, rows } = &mut self.near;
+        starts.clear();
+        starts.resize(self.vertices.len() + 2, 0);
+        for local in self.list.iter().flat_map(Row::locals) {
+            starts[local + 2] += 1;
+        }
+        (1..starts.len()).for_each(|place| starts[place] += starts[place - 1]);
         rows.clear();
-        locals.clear();
-        for flags in [&mut *is_unkept, &mut *is_taken] {
-            flags.clear();
-            flags.resize(self.vertices.len(), false);
-        }
-        let mut count = 0;
-        for row in self.list.iter().filter(|row| !self.is_kept(row)) {
-            count += 1;
-            row.locals().filter(|&local| self.weights[local] > 0.0).for_each(|local| is_unkept[local] = true);
-        }
-        let is_few = (1..=most).contains(&count);
-        if is_few {
-            let is_near = |row: u32| self.list[row as usize].locals().any(|local| is_unkept[local]);
-            rows.extend((0..self.list.len() as u32).filter(|&row| is_near(row)));
-            for local in rows.iter().flat_map(|&row| self.list[row as usize].locals()) {
-                if !std::mem::replace(&mut is_taken[local], true) {
-                    locals.push(local as u32);
-                }
+        rows.resize(starts.last().map_or(0, |all| *all as usize), NONE);
+        for (number, row) in (0..).zip(&self.list) {
+            for local in row.locals() {
+                rows[starts[local + 1] as usize] = number;
+                starts[local + 1] += 1;
             }
         }
-        self.near = near;
-        is_few
     }
 
-    /// The particles of these rows.
-    pub fn near_particles(&self) -> impl Iterator<Item = usize> {
-        let all = self.near.places().map(|local| self.vertices[local] as usize);
-        all.filter(|&vertex| vertex < self.particles)
-    }
-
-    /// Takes the displacements that these particles have so far [m].
-    pub fn gather_near(&mut self, displacement: impl Fn(usize) -> Vec3) {
-        let Self { near, vertices, d, before, particles, .. } = self;
-        for local in near.places() {
-            let vertex = vertices[local] as usize;
-            if vertex < *particles {
-                d[local] = displacement(vertex);
+    /// Projects the rows of a vertex that are not kept. Tells which particles that moves, and how far [m].
+    pub fn put_right(&mut self, vertex: usize, mut tell: impl FnMut(usize, Vec3)) {
+        let local = self.locals[vertex];
+        if local == NONE {
+            return;
+        }
+        let [from, to] = [0, 1].map(|next| self.near.starts[local as usize + next] as usize);
+        for index in from..to {
+            let number = self.near.rows[index] as usize;
+            if self.is_kept(&self.list[number]) {
+                continue;
             }
-            before[local] = d[local];
+            let Self { list, d, weights, vertices, .. } = self;
+            list[number].project(d, weights, |local, way| tell(vertices[local] as usize, way));
         }
     }
 
-    /// Projects these rows.
-    pub fn sweep_near(&mut self) {
-        for &row in &self.near.rows {
-            self.list[row as usize].project(&mut self.d, &self.weights);
+    /// Moves a particle, if it is in rows [m].
+    pub fn shift(&mut self, particle: usize, way: Vec3) {
+        let local = self.locals[particle];
+        if local != NONE {
+            self.d[local as usize] += way;
         }
-    }
-
-    /// Tells which of these particles have moved since, and how far [m].
-    pub fn scatter_near(&self, mut shift: impl FnMut(usize, Vec3)) {
-        for local in self.near.places().filter(|&local| self.d[local] != self.before[local]) {
-            shift(self.vertices[local] as usize, self.d[local] - self.before[local]);
-        }
-    }
-}
-
-impl Near {
-    fn places(&self) -> impl Iterator<Item = usize> {
-        self.locals.iter().map(|&local| local as usize)
     }
 }

@@ -19,13 +19,13 @@ mod interior;
 mod joint;
 mod lattice;
 mod led;
-mod local;
 mod motion;
 mod patch;
 mod queue;
 mod touch;
 mod unit;
 mod where_is;
+mod worklist;
 
 use super::StrainLimit;
 use crate::filter::Limited;
@@ -85,6 +85,8 @@ const UNMEASURED: [f32; 2] = [0.25, 0.85];
 /// before so many cycles: a cloth at rest would take one cycle now and three the next time, and each leaves it elsewhere.
 const FEW: f32 = 0.01;
 const AT_LEAST: u32 = 3;
+/// .. or, beside rows, so many times that part.
+const FEW_BESIDE_ROWS: usize = 2;
 /// .. and, where a particle has more than so many times the mean mass, not before so many: the reaction of a few springs, which that
 /// drops, is much of what a heavy point or a hand does to its cloth.
 const HEAVY: f32 = 16.0;

@@ -6,6 +6,8 @@
 //! 3. The certificate: each cloth keeps its limit, and nothing crosses anything on the way. Pairs that would cross become rows, with
 //!    what is closest at the time of impact, and 2 goes on; where that does not help, the step is shortened there.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use super::brake::Lying;
@@ -17,6 +19,7 @@ use super::led::Led;
 use super::motion::{lost, way_of_all};
 use super::unit::{Descent, Unit};
 use super::where_is::{NONE, WhereIs};
+use super::worklist::Worklist;
 use crate::contact::{Carried, Contact, Grip, Obstacle};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
@@ -29,7 +32,7 @@ const ROUNDS: usize = 30;
 /// .. where nothing is struck: a cloth that hangs on a corner takes them all. Where something moves, rows may contradict each other.
 const ROUNDS_IF_CALM: usize = 90;
 const ROUNDS_OF_REPAIR: usize = 6;
-/// .. and at least: what lies still is pushed, and held, in every step.
+/// .. and at least, but after repairs: what lies still is pushed, and held, in every step.
 const AT_LEAST: usize = 3;
 /// Rows that are not kept by then share what room there is, and ask for no more than they must [rounds].
 const GIVES_WAY: usize = 10;
@@ -49,6 +52,7 @@ const WORLD: Option<Vec3> = Some(Vec3::ZERO);
 pub(super) struct Touch {
     pub(super) contact: Contact,
     where_is: WhereIs,
+    worklist: Worklist,
     /// The proposed ends and velocities.
     proposed: Vectors,
     velocities: Vectors,
@@ -78,6 +82,7 @@ impl Touch {
         Some(Self {
             contact,
             where_is: WhereIs::new(where_is),
+            worklist: Worklist::new(model.particle_count()),
             proposed: Vectors::default(),
             velocities: Vectors::default(),
             led: Led::new(model),
@@ -117,7 +122,7 @@ impl Touch {
             let mut descent = unit.begin(proposed, state, ends, pool);
             descent.is_needed = proposed.worst > 1.0;
             if descent.is_needed {
-                unit.descend(model, &mut descent, pool);
+                unit.descend(model, &mut descent, false, pool);
             }
             self.descents.push(descent);
         }
@@ -148,9 +153,9 @@ impl Touch {
         self.contact.rows.take_behind(self.led.behind(model, state));
         limited.pinched = self.contact.rows.share() as u32;
         self.grip(units);
-        let mut rounds = ROUNDS_IF_CALM.min(model.solver.iterations() as usize);
+        let mut rounds = AT_LEAST..ROUNDS_IF_CALM.min(model.solver.iterations() as usize);
         for attempt in 0.. {
-            self.resolve(units, model, state, rounds, pool); // 2
+            self.resolve(units, model, state, rounds.clone(), pool); // 2
             ends.clone_from(&self.proposed);
             state.velocities.clone_from(&self.velocities);
             let verdict = self.conclude(units, stride, state, ends, corrections, pool); // 3
@@ -171,7 +176,7 @@ impl Touch {
                 self.contact.rows.hold_gripped();
                 self.where_is.take(&self.contact.rows);
                 self.contact.rows.share();
-                rounds = ROUNDS_OF_REPAIR;
+                rounds = 0..ROUNDS_OF_REPAIR;
                 continue;
             }
             limited.contact_cuts = 1;
@@ -206,7 +211,7 @@ impl Touch {
     }
 
     /// Finds ends that are within all limits, and that rows keep apart.
-    fn resolve(&mut self, units: &mut [Unit], model: &Model, state: &State, rounds: usize, pool: &Pool) {
+    fn resolve(&mut self, units: &mut [Unit], model: &Model, state: &State, rounds: Range<usize>, pool: &Pool) {
         // What brings intersecting things apart may contradict itself.
         let bears = self.contact.brings_apart().is_none() && self.bearers(units, pool);
         if bears && self.joint.has_all() && self.bear(units, model, state) {
@@ -231,9 +236,9 @@ impl Touch {
         joint.run(units, descents, &mut contact.rows, model, state, proposed)
     }
 
-    /// Sweeps over rows and springs in turn, until springs are short enough and rows are kept.
-    fn solve(&mut self, units: &mut [Unit], model: &Model, rounds: usize, pool: &Pool) {
-        let Self { contact, where_is, obstacles, descents, left_of_energy, .. } = self;
+    /// Sweeps over rows and springs in turn, until springs are short enough and rows are kept; in so many rounds at least, and at most.
+    fn solve(&mut self, units: &mut [Unit], model: &Model, rounds: Range<usize>, pool: &Pool) {
+        let Self { contact, where_is, worklist, obstacles, descents, left_of_energy, .. } = self;
         // What brings intersecting things apart may contradict itself.
         let may_agree = contact.brings_apart().is_none();
         let rows = &mut contact.rows;
@@ -241,15 +246,22 @@ impl Touch {
         if rows.is_empty() {
             for (unit, descent) in units.iter_mut().zip(descents).filter(|(_, descent)| descent.is_needed) {
                 while !descent.is_over {
-                    unit.descend(model, descent, pool);
+                    unit.descend(model, descent, false, pool);
                 }
             }
             return;
         }
-        for round in 0..rounds {
+        for round in 0..rounds.end {
             where_is.gather(rows, units, pool);
-            if round >= AT_LEAST && descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
-                return;
+            if rounds.contains(&round) {
+                if descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
+                    return;
+                }
+                if may_agree && worklist.run(where_is, rows, units, descents) {
+                    descents.iter_mut().for_each(|descent| descent.is_done = true);
+                    return;
+                }
+                where_is.gather(rows, units, pool);
             }
             if round == ROUNDS {
                 left_of_energy.clear();
@@ -262,9 +274,6 @@ impl Touch {
                 GIVES_WAY if is_pinched => rows.give_way(),
                 GIVES_IN if is_pinched => rows.give_in(),
                 _ => {}
-            }
-            if may_agree {
-                where_is.agree(rows, units, pool);
             }
             // Single springs and rows agree among themselves before coarse levels join in.
             where_is.sweep(rows, units, pool);
@@ -279,7 +288,7 @@ impl Touch {
                     unit.levels_mut().obstruct(obstacles, round == 0, pool);
                 }
                 rows.go_on(unit.index(), descent.momentum(), pool);
-                unit.descend(model, descent, pool);
+                unit.descend(model, descent, true, pool);
                 unit.levels_mut().resisted(&mut |obstacle, push| rows.lean(obstacles[obstacle as usize].row, push));
             }
         }

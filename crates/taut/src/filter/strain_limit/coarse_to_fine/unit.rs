@@ -6,7 +6,6 @@ use super::brake::Lying;
 use super::certificate::Certificate;
 use super::direct::Direct;
 use super::finish::Finish;
-use super::local::Local;
 use super::patch::Patch;
 use super::*;
 use crate::contact::{Carried, Carrier, RigidMotion};
@@ -21,7 +20,6 @@ pub(super) struct Unit {
     levels: Box<dyn Levels>,
     finish: Finish,
     patch: Patch,
-    local: Local,
     /// Made when it is asked for the first time: most cloths never do.
     direct: Option<Direct>,
     may_solve: bool,
@@ -60,6 +58,8 @@ pub(super) struct Descent {
     /// When progress is looked at next, and what the worst spring was too long at the last look.
     next_look: u32,
     before: f32,
+    /// Springs that the last cycle left over, if it told.
+    over: Option<usize>,
     /// All springs are short enough; and nothing is left to do, or nothing helps.
     pub is_done: bool,
     pub is_over: bool,
@@ -102,7 +102,6 @@ impl Unit {
             certificate: Certificate::new(model, cloth),
             finish: Finish::new(model, cloth),
             patch: Patch::new(cloth.count),
-            local: Local::new(cloth.count),
             direct: None,
             may_solve: cloth.springs.len() <= if is_heavy { SMALL_IF_HEAVY } else { SMALL },
             is_small: cloth.springs.len() <= SMALL,
@@ -135,7 +134,7 @@ impl Unit {
         }
         let mut descent = self.begin(proposed, state, ends, pool);
         while !descent.is_over {
-            self.descend(stride.model, &mut descent, pool);
+            self.descend(stride.model, &mut descent, false, pool);
         }
         let lost = self.settle(stride, state, ends, &descent, pool);
         self.tell_velocities(stride, state, ends, corrections, &descent, pool);
@@ -173,6 +172,7 @@ impl Unit {
             since_restart: 0,
             next_look: PROGRESS_INTERVAL,
             before: f32::INFINITY,
+            over: None,
             is_done: false,
             is_over: false,
             is_needed: true,
@@ -205,11 +205,12 @@ impl Unit {
         }
     }
 
-    /// Goes on by one cycle.
-    pub fn descend(&mut self, model: &Model, descent: &mut Descent, pool: &Pool) {
+    /// Goes on by one cycle, and puts the last few springs right one by one; not `beside_rows`, which have a say in that.
+    pub fn descend(&mut self, model: &Model, descent: &mut Descent, beside_rows: bool, pool: &Pool) {
         let cycle @ Cycle { enough, is_last, .. } = descent.cycle(model);
         let left = self.levels.cycle(cycle, pool);
         descent.sweeps += 1;
+        descent.over = left.map(|left| left.over);
         descent.is_done = false;
         descent.since_restart = if left.is_some_and(|left| left.worst > RESTART * descent.worst) {
             0
@@ -224,7 +225,7 @@ impl Unit {
             (descent.next_look, descent.before) = (descent.sweeps + PROGRESS_INTERVAL, left.worst - enough);
         }
         let few = descent.sweeps >= self.at_least && left.over <= self.few;
-        let finishes = left.over > 0 && (few || is_stuck);
+        let finishes = !beside_rows && left.over > 0 && (few || is_stuck);
         if finishes {
             self.finish.hold(self.gripped.iter().map(|(own, _)| *own));
         }
@@ -242,16 +243,35 @@ impl Unit {
         }
     }
 
-    /// Takes what is around some of its particles ..
-    pub fn gather_around(&mut self, particles: impl Iterator<Item = usize>) {
-        let first = self.cloth.first;
-        self.local.gather(particles.map(|particle| particle - first), self.finish.around());
+    /// Calls `visit` with the ends of springs that the last cycle left over, if these are few. Returns whether they are; not if it did not
+    /// tell.
+    pub fn over(&self, descent: &Descent, mut visit: impl FnMut(usize)) -> bool {
+        if descent.is_done {
+            return true;
+        }
+        let are_few = descent.over.is_some_and(|over| over <= FEW_BESIDE_ROWS * self.few);
+        if are_few {
+            self.levels.over(descent.enough, &mut |ends| ends.into_iter().for_each(&mut visit));
+        }
+        are_few
     }
 
-    /// .. and sweeps the springs there.
-    pub fn smooth_around(&mut self) {
-        let aim = 1.0 - self.levels.back_off();
-        self.local.sweep(&mut *self.levels, self.finish.around(), &self.weights, aim);
+    /// Pulls together the ends of each spring of a particle that is over. Tells which particles that moves, and how far [m].
+    pub fn put_right(&mut self, own: usize, descent: &Descent, mut tell: impl FnMut(usize, Vec3)) {
+        let Self { levels, finish, weights, .. } = self;
+        let aim = 1.0 - levels.back_off();
+        for &(other, limit) in finish.around().of(own) {
+            let ends = [own, other as usize];
+            let (way, reach) = (levels.between(own, ends[1]), descent.enough * limit);
+            let (square, both) = (way.length_squared(), weights[own] + weights[ends[1]]);
+            if square > reach * reach && both > 0.0 {
+                let pull = way * ((1.0 - aim * limit / square.sqrt()) / both);
+                for (end, pull) in ends.into_iter().zip([pull, -pull]).filter(|(end, _)| weights[*end] > 0.0) {
+                    levels.shift(end, pull * weights[end]);
+                    tell(end, pull * weights[end]);
+                }
+            }
+        }
     }
 
     /// Hands the corrected ends of what touches something out: that may give it energy and momentum. Returns the part of the kinetic

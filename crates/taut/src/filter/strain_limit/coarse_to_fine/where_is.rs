@@ -10,9 +10,6 @@ use crate::geometry::{Pool, Vectors};
 
 /// What has no unit.
 pub(super) const NONE: u32 = u32::MAX;
-/// Where no more than this part of the rows are not kept [1], they and the springs around them are swept so often by themselves.
-const FEW: f32 = 0.02;
-const LOCAL_SWEEPS: usize = 8;
 
 /// The unit of each particle, and the particle's number in its cloth; and the particles that no spring is tied to, with how far each
 /// particle goes so far if there are any [m].
@@ -51,11 +48,8 @@ impl WhereIs {
         (unit != NONE).then_some((unit as usize, own as usize))
     }
 
-    fn displacement(&self, units: &[Unit], particle: usize) -> Vec3 {
-        self.of(particle).map_or_else(|| self.ways[particle], |(unit, own)| units[unit].levels().displacement(own))
-    }
-
-    fn shift(&mut self, units: &mut [Unit], particle: usize, way: Vec3) {
+    /// Moves a particle [m].
+    pub fn shift(&mut self, units: &mut [Unit], particle: usize, way: Vec3) {
         match self.of(particle) {
             Some((unit, own)) => units[unit].levels_mut().shift(own, way),
             None => self.ways[particle] += way,
@@ -89,25 +83,6 @@ impl WhereIs {
                 }
             });
         }
-    }
-
-    /// Has the few rows that are not kept and the springs around them agree, where these alone keep a cloth from going on.
-    pub fn agree(&mut self, rows: &mut Rows, units: &mut [Unit], pool: &Pool) {
-        if !rows.find_unkept((FEW * rows.len() as f32) as usize + 1) {
-            return;
-        }
-        for (index, unit) in units.iter_mut().enumerate() {
-            unit.gather_around(
-                rows.near_particles().filter(|&particle| self.of(particle).is_some_and(|(unit, _)| unit == index)),
-            );
-        }
-        for _ in 0..LOCAL_SWEEPS {
-            rows.gather_near(|particle| self.displacement(units, particle));
-            rows.sweep_near();
-            rows.scatter_near(|particle, way| self.shift(units, particle, way));
-            units.iter_mut().for_each(Unit::smooth_around);
-        }
-        self.gather(rows, units, pool);
     }
 
     /// Projects rows, and tells the levels.
