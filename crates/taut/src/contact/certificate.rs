@@ -6,9 +6,10 @@
 use glam::DVec3;
 
 use super::crossing::Motion;
-use super::detect::{Candidate, Detection, Pair};
+use super::detect::{Detection, Pair};
 use super::proximity::{Closest, Kind};
 use super::surfaces::Surfaces;
+use super::ways::Four;
 use super::{FLOOR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 
@@ -63,16 +64,26 @@ impl Cuts {
         for_each_part(&mut self.parts[..count], count * CHUNK, pool, |index, (cuts, closest)| {
             cuts.clear();
             *closest = f64::INFINITY;
-            // Those that were found on another way are asked about on this one.
-            let is_known = index < of_first;
-            let counts = |candidate: &&Candidate| !is_known || !detection.is_asked(&candidate.pair);
-            for &Candidate { pair, gap } in chunk(index).into_iter().flatten().filter(counts) {
-                let gap = if is_known { detection.ways.gap(pair) } else { gap };
+            let mut each = |(pair, gap, _): (Pair, f32, bool)| {
                 if let Some((cut, distance)) = look(surfaces, places, pair, gap) {
                     *closest = closest.min(distance);
                     cuts.extend(cut);
                 }
+            };
+            let found = chunk(index).into_iter().flatten();
+            if index >= of_first {
+                found.for_each(|candidate| each((candidate.pair, candidate.gap, false)));
+                return;
             }
+            // Those that were found on another way are looked at on this one.
+            let mut fours = [Kind::PointTriangle, Kind::EdgeEdge].map(Four::new);
+            for candidate in found.filter(|candidate| !detection.is_asked(&candidate.pair)) {
+                let four = &mut fours[candidate.pair.kind as usize];
+                if four.put(candidate.pair.corners) {
+                    four.take(&detection.ways, None).for_each(&mut each);
+                }
+            }
+            fours.iter_mut().for_each(|four| four.take(&detection.ways, None).for_each(&mut each));
         });
         for (cuts, closest) in &self.parts[..count] {
             self.list.extend(cuts);

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::proximity::Kind;
 use super::surfaces::{Owner, Surfaces, Thick};
 use super::tree::{Bounds, Leaf, Tree};
-use super::ways::Ways;
+use super::ways::{Asks, Four, Ways};
 use super::{FLOOR, MARGIN, Places};
 use crate::geometry::{Pool, for_each_part};
 
@@ -16,11 +16,13 @@ pub(crate) struct Pair {
     pub corners: [u32; 4],
 }
 
-/// A pair that was found, and how far its features are apart on the way on which it was, at least [m] (ways.rs).
+/// A pair that was found, how far its features are apart on the way on which it was, at least [m], and whether it may ask for a row there
+/// (ways.rs).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Candidate {
     pub pair: Pair,
     pub gap: f32,
+    pub may_ask: bool,
 }
 
 /// Two leaves that meet, and whose they are: a cloth, and a cloth or a body after all cloths. Instead of the second there may be something
@@ -65,15 +67,22 @@ pub(crate) struct Detection {
     parts: Vec<Part>,
 }
 
-/// What a part of the pairs of leaves holds, and features of one leaf that meet another one.
+/// What a part of the pairs of leaves holds, and features of two leaves that meet the other one.
 #[derive(Debug, Default)]
 struct Part {
     pairs: Vec<Candidate>,
-    near: [Boxes; 2],
+    triangles: Boxes<3>,
+    edges: [Boxes<2>; 2],
 }
 
-/// Features of a leaf, each with its box.
-type Boxes = Vec<(u32, Bounds)>;
+/// Features of a leaf with `N` corners each.
+#[derive(Debug, Default)]
+struct Boxes<const N: usize> {
+    corners: Vec<[u32; N]>,
+    bounds: Vec<Bounds>,
+    /// Those that have met a box, by their numbers.
+    met: Vec<u32>,
+}
 
 impl Detection {
     pub fn new(vertices: usize) -> Self {
@@ -106,7 +115,7 @@ impl Detection {
         self.further.clear();
         surfaces.monotone.iter_mut().for_each(|monotone| monotone.run(places, pool));
         let mut pairs = std::mem::take(&mut self.pairs);
-        self.search(surfaces, places, self.margin, &mut pairs, pool);
+        self.search(surfaces, places, self.margin, true, &mut pairs, pool);
         self.pairs = pairs;
         self.find_beside(surfaces);
     }
@@ -156,7 +165,7 @@ impl Detection {
             monotone.run_again(tree, places, &self.ends_of_rows, pool, |vertex| self.asked[vertex as usize] = true);
         }
         let mut pairs = std::mem::take(&mut self.further);
-        self.search(surfaces, places, margin, &mut pairs, pool);
+        self.search(surfaces, places, margin, false, &mut pairs, pool);
         self.further = pairs;
     }
 
@@ -165,7 +174,16 @@ impl Detection {
         is_asked(&self.asked, pair)
     }
 
-    fn search(&mut self, surfaces: &mut Surfaces, places: &Places, margin: f64, pairs: &mut Vec<Candidate>, pool: &Pool) {
+    /// Finds the pairs that come within so many thicknesses; `for_rows` says whether any of them may ask for a row.
+    fn search(
+        &mut self,
+        surfaces: &mut Surfaces,
+        places: &Places,
+        margin: f64,
+        for_rows: bool,
+        pairs: &mut Vec<Candidate>,
+        pool: &Pool,
+    ) {
         let Self { ways, asked, bounds, stack, met, parts, .. } = self;
         pairs.clear();
         // What each of two features is wide adds up to their margin.
@@ -207,10 +225,13 @@ impl Detection {
         if parts.len() < count {
             parts.resize_with(count, Part::default);
         }
-        for_each_part(&mut parts[..count], met.len() * PART, pool, |index, Part { pairs, near }| {
+        let asked = (!for_rows).then_some(&**asked);
+        for_each_part(&mut parts[..count], met.len() * PART, pool, |index, Part { pairs, triangles, edges }| {
             pairs.clear();
-            let mut found = Found { ways, margin: 0.0, bounds, asked, near, pairs };
-            let between = |owners: [Owner; 2]| margin * surfaces.thickness(owners);
+            let fours = [Kind::PointTriangle, Kind::EdgeEdge].map(Four::new);
+            let rules = Rules { owners: None, margin: 0.0, asks: None };
+            let mut found = Found { ways, rules, bounds, asked, fours, pairs };
+            let rules = |owners: [Owner; 2]| Rules::of(surfaces, owners, margin, for_rows);
             for &Met { trees, leaves: [one, two], thick: number } in met[index * PART..].iter().take(PART) {
                 let [a, b] = trees.map(tree);
                 let leaves = [&a.leaves[one as usize], &b.leaves[two as usize]];
@@ -221,88 +242,118 @@ impl Detection {
                 let owner = |tree: &Tree| owners[tree.vertices[0] as usize];
                 if let Some(number) = number {
                     let thick = &thick[number as usize];
-                    found.margin = between([owner(a), thick.owner]);
+                    found.follow([owner(a), thick.owner], rules);
                     found.beside(a, leaves[0], thick, skins[thick.owner as usize].radius);
                     continue;
                 }
-                found.margin = between([owner(a), owner(b)]);
+                found.follow([owner(a), owner(b)], rules);
                 if is_own && one == two {
-                    found.within(a, leaves[0]);
+                    found.within(a, leaves[0], triangles, &mut edges[0]);
                 } else {
-                    found.between([a, b], leaves);
+                    found.between([a, b], leaves, triangles, edges);
                 }
             }
+            found.look_at_all();
         });
         parts[..count].iter().for_each(|part| pairs.extend(&part.pairs));
+    }
+}
+
+impl<const N: usize> Boxes<N> {
+    /// Takes features; those alone that meet another box, if it is given. `vertices` has the boxes of these.
+    fn take(&mut self, features: &[[u32; N]], vertices: &[Bounds], other: Option<&Bounds>) {
+        self.corners.clear();
+        self.bounds.clear();
+        for corners in features {
+            let bounds = corners.iter().fold(Bounds::NOTHING, |all, corner| all.and(vertices[*corner as usize]));
+            if other.is_none_or(|other| bounds.meets(other)) {
+                self.corners.push(*corners);
+                self.bounds.push(bounds);
+            }
+        }
+    }
+
+    /// The corners of those from the first one on that meet a box. Half of them do, so that to branch would be slow.
+    fn meet(&mut self, other: &Bounds, first: usize) -> impl Iterator<Item = [u32; N]> {
+        let Self { corners, bounds, met } = self;
+        met.resize(bounds.len(), 0);
+        let mut count = 0;
+        for (index, bounds) in (0..).zip(&*bounds).skip(first) {
+            met[count] = index;
+            count += usize::from(bounds.meets(other));
+        }
+        met[..count].iter().map(|&index| corners[index as usize])
     }
 }
 
 /// The pairs that are found, and what they are looked for with.
 struct Found<'a> {
     ways: &'a Ways,
+    rules: Rules,
+    bounds: &'a [Bounds],
+    /// The vertices that are asked about, if it is not all.
+    asked: Option<&'a [bool]>,
+    /// Pairs that have not been looked at yet, by their kind.
+    fours: [Four; 2],
+    pairs: &'a mut Vec<Candidate>,
+}
+
+/// What counts between two owners.
+struct Rules {
+    owners: Option<[Owner; 2]>,
     /// Pairs that are as far apart count no more, radii included [m].
     margin: f64,
-    bounds: &'a [Bounds],
-    asked: &'a [bool],
-    near: &'a mut [Boxes; 2],
-    pairs: &'a mut Vec<Candidate>,
+    /// What they ask of rows, by their kind, if any may.
+    asks: Option<[Asks; 2]>,
+}
+
+impl Rules {
+    fn of(surfaces: &Surfaces, owners: [Owner; 2], margin: f64, for_rows: bool) -> Self {
+        let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
+        let are_sides = surfaces.are_surfaces(owners);
+        let asks = |kind: Kind| {
+            let within = (surfaces.margin(kind, owners) * thickness + radius) * (1.0 + f64::from(f32::EPSILON));
+            Asks { within: within as f32, are_sides }
+        };
+        let asks = for_rows.then(|| [Kind::PointTriangle, Kind::EdgeEdge].map(asks));
+        Self { owners: Some(owners), margin: margin * thickness + radius, asks }
+    }
 }
 
 impl Found<'_> {
     /// A leaf with itself.
-    fn within(&mut self, tree: &Tree, leaf: &Leaf) {
-        let mut near = std::mem::take(self.near);
-        self.triangles(tree, leaf, None, &mut near[0]);
+    fn within(&mut self, tree: &Tree, leaf: &Leaf, triangles: &mut Boxes<3>, edges: &mut Boxes<2>) {
+        triangles.take(&tree.triangles[range(leaf.triangles)], self.bounds, None);
         for &vertex in &tree.vertices[range(leaf.vertices)] {
-            near[0].iter().for_each(|triangle| self.point_and_triangle(vertex, tree, triangle));
+            self.points_and_triangles(vertex, triangles);
         }
-        self.edges(tree, leaf, None, &mut near[0]);
-        for (index, edge) in near[0].iter().enumerate() {
-            near[0][index + 1..].iter().for_each(|other| self.two_edges([tree, tree], [edge, other]));
+        edges.take(&tree.edges[range(leaf.edges)], self.bounds, None);
+        for index in 0..edges.corners.len() {
+            self.two_edges(edges.corners[index], edges.bounds[index], edges, index + 1);
         }
-        *self.near = near;
     }
 
     /// Two leaves of two trees, or of one.
-    fn between(&mut self, trees: [&Tree; 2], leaves: [&Leaf; 2]) {
+    fn between(&mut self, trees: [&Tree; 2], leaves: [&Leaf; 2], triangles: &mut Boxes<3>, edges: &mut [Boxes<2>; 2]) {
         let boxes = [0, 1].map(|side| trees[side].bounds_of(leaves[side]));
-        let mut near = std::mem::take(self.near);
         for [this, that] in [[0, 1], [1, 0]] {
-            self.triangles(trees[that], leaves[that], Some(&boxes[this]), &mut near[0]);
+            triangles.take(&trees[that].triangles[range(leaves[that].triangles)], self.bounds, Some(&boxes[this]));
             for &vertex in &trees[this].vertices[range(leaves[this].vertices)] {
                 if self.bounds[vertex as usize].meets(&boxes[that]) {
-                    near[0].iter().for_each(|triangle| self.point_and_triangle(vertex, trees[that], triangle));
+                    self.points_and_triangles(vertex, triangles);
                 }
             }
+            edges[this].take(&trees[this].edges[range(leaves[this].edges)], self.bounds, Some(&boxes[that]));
         }
-        for [this, that] in [[0, 1], [1, 0]] {
-            self.edges(trees[this], leaves[this], Some(&boxes[that]), &mut near[this]);
+        let [one, other] = edges;
+        for (corners, bounds) in one.corners.iter().zip(&one.bounds) {
+            self.two_edges(*corners, *bounds, other, 0);
         }
-        for edge in &near[0] {
-            near[1].iter().for_each(|other| self.two_edges(trees, [edge, other]));
-        }
-        *self.near = near;
-    }
-
-    /// The triangles of a leaf with their boxes; those alone that meet another one, if it is given.
-    fn triangles(&self, tree: &Tree, leaf: &Leaf, other: Option<&Bounds>, list: &mut Boxes) {
-        list.clear();
-        let all = range(leaf.triangles).map(|triangle| (triangle as u32, tree.around_triangle(triangle, self.bounds)));
-        list.extend(all.filter(|(_, bounds)| other.is_none_or(|other| bounds.meets(other))));
-    }
-
-    /// The same of edges.
-    fn edges(&self, tree: &Tree, leaf: &Leaf, other: Option<&Bounds>, list: &mut Boxes) {
-        list.clear();
-        let all = range(leaf.edges).map(|edge| (edge as u32, tree.around_edge(edge, self.bounds)));
-        list.extend(all.filter(|(_, bounds)| other.is_none_or(|other| bounds.meets(other))));
     }
 
     /// A leaf and a thick vertex or edge.
     fn beside(&mut self, tree: &Tree, leaf: &Leaf, thick: &Thick, radius: f64) {
         let (bounds, vertices, half) = (self.bounds, &thick.vertices, radius as f32);
-        let margin = self.margin;
-        self.margin += radius;
         for triangle in range(leaf.triangles) {
             let [a, b, c] = tree.triangles[triangle];
             let around = tree.around_triangle(triangle, bounds);
@@ -320,19 +371,19 @@ impl Found<'_> {
                 self.add(Kind::EdgeEdge, [first, last, a, b]);
             }
         }
-        self.margin = margin;
     }
 
-    fn point_and_triangle(&mut self, vertex: u32, tree: &Tree, (triangle, bounds): &(u32, Bounds)) {
-        let [a, b, c] = tree.triangles[*triangle as usize];
-        if self.bounds[vertex as usize].meets(bounds) && ![a, b, c].contains(&vertex) {
-            self.add(Kind::PointTriangle, [vertex, a, b, c]);
+    fn points_and_triangles(&mut self, vertex: u32, triangles: &mut Boxes<3>) {
+        for [a, b, c] in triangles.meet(&self.bounds[vertex as usize], 0) {
+            if ![a, b, c].contains(&vertex) {
+                self.add(Kind::PointTriangle, [vertex, a, b, c]);
+            }
         }
     }
 
-    fn two_edges(&mut self, [a, b]: [&Tree; 2], [(edge, bounds), (other, around)]: [&(u32, Bounds); 2]) {
-        if bounds.meets(around) {
-            let ([p, q], [r, s]) = (a.edges[*edge as usize], b.edges[*other as usize]);
+    /// An edge and the others, of those from the first one on.
+    fn two_edges(&mut self, [p, q]: [u32; 2], bounds: Bounds, others: &mut Boxes<2>, first: usize) {
+        for [r, s] in others.meet(&bounds, first) {
             if p != r && p != s && q != r && q != s {
                 self.add(Kind::EdgeEdge, [p, q, r, s]);
             }
@@ -340,14 +391,33 @@ impl Found<'_> {
     }
 
     fn add(&mut self, kind: Kind, corners: [u32; 4]) {
-        let pair = Pair { kind, corners };
-        if !is_asked(self.asked, &pair) {
+        if self.asked.is_some_and(|asked| !is_asked(asked, &Pair { kind, corners })) {
             return;
         }
-        let gap = self.ways.gap(pair);
-        if f64::from(gap) < self.margin {
-            self.pairs.push(Candidate { pair, gap });
+        if self.fours[kind as usize].put(corners) {
+            self.look(kind);
         }
+    }
+
+    /// Goes on with pairs of two owners, to which other `rules` may apply.
+    fn follow(&mut self, owners: [Owner; 2], rules: impl Fn([Owner; 2]) -> Rules) {
+        if self.rules.owners != Some(owners) {
+            self.look_at_all();
+            self.rules = rules(owners);
+        }
+    }
+
+    fn look_at_all(&mut self) {
+        self.look(Kind::PointTriangle);
+        self.look(Kind::EdgeEdge);
+    }
+
+    /// Keeps those of the pairs of a kind that wait which are near enough.
+    fn look(&mut self, kind: Kind) {
+        let Self { ways, rules: Rules { margin, asks, .. }, fours, pairs, .. } = self;
+        let asks = asks.as_ref().map(|asks| asks[kind as usize]);
+        let near = fours[kind as usize].take(ways, asks).filter(|(_, gap, _)| f64::from(*gap) < *margin);
+        pairs.extend(near.map(|(pair, gap, may_ask)| Candidate { pair, gap, may_ask }));
     }
 }
 

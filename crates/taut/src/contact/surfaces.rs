@@ -6,8 +6,11 @@ use glam::{DVec3, Vec3};
 
 use super::detect::Pair;
 use super::monotone::Monotone;
+use super::proximity::Kind;
 use super::reach::{along_links, within_two};
 use super::tree::Tree;
+use super::{MARGIN, MARGIN_OF_EDGES};
+
 use crate::model::{Adjacency, BodyShape, ClothRange, Model};
 
 /// Whose a vertex is: a cloth, or a body after all cloths.
@@ -171,6 +174,14 @@ impl Surfaces {
     /// Radii inside of the skins of two owners [m].
     pub fn radius(&self, pair: [Owner; 2]) -> f64 {
         pair.iter().map(|&owner| self.skins[owner as usize].radius).sum()
+    }
+
+    /// Pairs nearer than this become rows, in thicknesses [1].
+    pub fn margin(&self, kind: Kind, owners: [Owner; 2]) -> f64 {
+        // Where two cloths lie on each other their vertices keep them apart; edges count where these do not. Links have no triangles for
+        // the vertices of others.
+        let are_cloths = owners.iter().all(|&owner| (owner as usize) < self.cloths.len());
+        if kind == Kind::EdgeEdge && are_cloths && self.are_surfaces(owners) { MARGIN_OF_EDGES } else { MARGIN }
     }
 
     /// Coulomb's coefficient between two owners [1]: the geometric mean, so that what is slippery stays so.

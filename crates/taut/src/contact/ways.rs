@@ -1,12 +1,12 @@
 //! The ways of all vertices in single precision, for a first look at pairs: most of them are far enough from each other.
 
-use glam::{Mat4, Vec3A, Vec4};
+use glam::{BVec4A, Vec4};
 
 use super::Places;
 use super::detect::Pair;
 use super::proximity::Kind;
 use super::tree::Bounds;
-use crate::geometry::{Pool, for_each_two_chunks};
+use crate::geometry::{Pool, by_axis, for_each_two_chunks, roots};
 
 /// Boxes are wider by this part of the largest coordinate: places are rounded to single precision.
 const ROUNDING: f32 = 2.0 * f32::EPSILON;
@@ -14,16 +14,77 @@ const ROUNDING: f32 = 2.0 * f32::EPSILON;
 /// places are rounded, and so are their differences, the axis (twice, as it is normalized) and products with it.
 const OF_PLACES: f32 = 4.0 * f32::EPSILON;
 const OF_DIFFERENCES: f32 = 24.0 * f32::EPSILON;
+/// So many pairs are looked at together.
+pub(crate) const LANES: usize = 4;
 
 /// Where vertices start and end [m].
 #[derive(Debug, Default)]
 pub(crate) struct Ways {
-    list: Vec<[Vec3A; 2]>,
+    list: Vec<[Vec4; 2]>,
+}
+
+/// Four pairs of a kind.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Four {
+    kind: Kind,
+    corners: [[u32; 4]; LANES],
+    count: usize,
+}
+
+/// What pairs ask of rows: how far apart they ask for none any more [m], and whether their edges are all sides of triangles.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Asks {
+    pub within: f32,
+    pub are_sides: bool,
+}
+
+/// The corners of four pairs as seen from the first one of each, at the start and at the end of the step: each coordinate of all four [m].
+struct Seen {
+    from: [[Vec4; 3]; 4],
+    to: [[Vec4; 3]; 4],
+    /// The largest coordinates of their places, and of these differences.
+    largest: Vec4,
+    furthest: Vec4,
+}
+
+impl Four {
+    pub fn new(kind: Kind) -> Self {
+        Self { kind, corners: [[0; 4]; LANES], count: 0 }
+    }
+
+    /// Takes one more. Returns whether that makes four.
+    pub fn put(&mut self, corners: [u32; 4]) -> bool {
+        self.corners[self.count] = corners;
+        self.count += 1;
+        self.count == LANES
+    }
+
+    /// Gives them back and goes on with none. Tells of each how far its features are apart at least [m], and, if it is said what is asked of
+    /// rows, whether it may ask for one.
+    #[inline(always)]
+    pub fn take(&mut self, ways: &Ways, asks: Option<Asks>) -> impl Iterator<Item = (Pair, f32, bool)> + use<> {
+        let (mut gaps, mut may_ask) = ([0.0; LANES], 0);
+        if self.count > 0 {
+            let seen = ways.see(self.filled());
+            gaps = seen.gaps(self.kind).to_array();
+            may_ask = asks.map_or(0, |asks| !seen.ask_for_none(self.kind, asks).bitmask());
+        }
+        let (kind, corners) = (self.kind, self.corners);
+        let of = move |lane: usize| (Pair { kind, corners: corners[lane] }, gaps[lane], may_ask >> lane & 1 == 1);
+        (0..std::mem::take(&mut self.count)).map(of)
+    }
+
+    /// The corners, with the first pair in the lanes that are left.
+    fn filled(&mut self) -> &[[u32; 4]; LANES] {
+        let first = self.corners[0];
+        self.corners[self.count..].fill(first);
+        &self.corners
+    }
 }
 
 impl Ways {
     pub fn new(vertices: usize) -> Self {
-        Self { list: vec![[Vec3A::ZERO; 2]; vertices] }
+        Self { list: vec![[Vec4::ZERO; 2]; vertices] }
     }
 
     /// Takes them, and boxes of vertices that are wider by what `half` says of each [m] on all sides.
@@ -32,52 +93,131 @@ impl Ways {
             let ends = places.x[first..].iter().zip(&places.ends[first..]);
             for (((way, bounds), (x, end)), vertex) in ways.iter_mut().zip(bounds).zip(ends).zip(first..) {
                 let half = half(vertex);
-                *way = [x.as_vec3a(), end.as_vec3a()];
-                *bounds = Bounds::around(*way, way.map(|place| half + ROUNDING * place.abs().max_element()));
+                let places = [x.as_vec3a(), end.as_vec3a()];
+                *way = places.map(|place| place.extend(0.0));
+                *bounds = Bounds::around(places, places.map(|place| half + ROUNDING * place.abs().max_element()));
             }
         });
     }
 
-    /// How far two features are apart, at least, at the start and at the end of the step along the line between their middles at the
-    /// start [m]; below zero where that says nothing. If it is above zero they are as far apart on all of the way.
-    pub fn gap(&self, Pair { kind, corners }: Pair) -> f32 {
-        let ways = corners.map(|corner| self.list[corner as usize]);
-        let of = |at: usize| ways.map(|way| way[at]);
-        let [starts, ends] = [of(0), of(1)];
-        let largest = starts.iter().chain(&ends).fold(Vec3A::ZERO, |largest, place| largest.max(place.abs())).max_element();
-        // The corners in lanes, from the first one.
-        let [from, to] = [starts, ends].map(|places| {
-            let columns = places.map(|place| (place - places[0]).extend(0.0));
-            let rows = Mat4::from_cols(columns[0], columns[1], columns[2], columns[3]).transpose();
-            [rows.x_axis, rows.y_axis, rows.z_axis]
-        });
-        let weights = match kind {
-            Kind::PointTriangle => Vec4::new(1.0, -1.0 / 3.0, -1.0 / 3.0, -1.0 / 3.0),
-            Kind::EdgeEdge => Vec4::new(0.5, 0.5, -0.5, -0.5),
+    #[inline(always)]
+    fn see(&self, corners: &[[u32; 4]; LANES]) -> Seen {
+        let [p, q, r, s] = corners;
+        let at = |corner: usize, time: usize| {
+            let place = |corners: &[u32; 4]| self.list[corners[corner] as usize][time];
+            by_axis([place(p), place(q), place(r), place(s)])
         };
-        let between = from.map(|row| sum(row * weights));
-        let length = (between[0] * between[0] + between[1] * between[1] + between[2] * between[2]).sqrt();
-        if length == 0.0 {
-            return -1.0;
+        let [first, then] = [at(0, 0), at(0, 1)];
+        let mut seen = Seen { from: [[Vec4::ZERO; 3]; 4], to: [[Vec4::ZERO; 3]; 4], largest: Vec4::ZERO, furthest: Vec4::ZERO };
+        for axis in 0..3 {
+            seen.largest = seen.largest.max(first[axis].abs()).max(then[axis].abs());
         }
-        let axis = between.map(|part| part / length);
-        let along = |rows: [Vec4; 3]| rows[0] * axis[0] + rows[1] * axis[1] + rows[2] * axis[2];
-        let [start, end] = [from, to].map(|rows| {
-            let [a, b, c, d] = along(rows).to_array();
-            match kind {
-                Kind::PointTriangle => a - b.max(c).max(d),
-                Kind::EdgeEdge => a.min(b) - c.max(d),
+        for corner in 1..4 {
+            let [start, end] = [at(corner, 0), at(corner, 1)];
+            for axis in 0..3 {
+                let [start, end] = [start[axis] - first[axis], end[axis] - then[axis]];
+                (seen.from[corner][axis], seen.to[corner][axis]) = (start, end);
+                seen.furthest = seen.furthest.max(start.abs()).max(end.abs());
             }
-        });
-        let furthest = from.iter().chain(&to).fold(Vec4::ZERO, |furthest, row| furthest.max(row.abs())).max_element();
-        start.min(end) - OF_PLACES * largest - OF_DIFFERENCES * furthest
+        }
+        seen.largest += seen.furthest;
+        seen
     }
 }
 
-/// The sum of all lanes, in their order on every machine.
-fn sum(lanes: Vec4) -> f32 {
-    let [a, b, c, d] = lanes.to_array();
-    a + b + c + d
+impl Seen {
+    /// How far two features are apart, at least, at the start and at the end of the step along the line between their middles at the
+    /// start [m]; below zero where that says nothing. If it is above zero they are as far apart on all of the way.
+    #[inline(always)]
+    fn gaps(&self, kind: Kind) -> Vec4 {
+        let Self { from, to, largest, furthest } = self;
+        let sum = |a: [Vec4; 3], b: [Vec4; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+        // The line between the middles; how long it is does not count.
+        let between = match kind {
+            Kind::PointTriangle => sum(sum(from[1], from[2]), from[3]),
+            Kind::EdgeEdge => less(sum(from[2], from[3]), from[1]),
+        };
+        let length = norm(between);
+        let axis = between.map(|part| part / length);
+        let [start, end] = [from, to].map(|corners| {
+            let [a, b, c] = [dot(corners[1], axis), dot(corners[2], axis), dot(corners[3], axis)];
+            match kind {
+                Kind::PointTriangle => a.min(b).min(c),
+                Kind::EdgeEdge => b.min(c) - a.max(Vec4::ZERO),
+            }
+        });
+        let gaps = start.min(end) - OF_PLACES * *largest - OF_DIFFERENCES * *furthest;
+        Vec4::select(length.cmpeq(Vec4::ZERO), Vec4::NEG_ONE, gaps)
+    }
+
+    /// Whether pairs surely ask for no row, for all that single precision may be wrong: they are further apart than it takes, and stay so, or
+    /// are two edges that are closest at the end of one of them (proximity.rs tells more).
+    #[inline(always)]
+    fn ask_for_none(&self, kind: Kind, Asks { within, are_sides }: Asks) -> BVec4A {
+        let Self { from, to, largest, .. } = self;
+        // What a difference of two places is wrong by, at most; and what the distance has to be, as no place of one feature moves further than
+        // that against any of the other one.
+        let wrong = OF_PLACES * *largest;
+        let moved = [1, 2, 3].map(|corner| norm(less(to[corner], from[corner])));
+        let moved = match kind {
+            Kind::PointTriangle => moved[0].max(moved[1]).max(moved[2]),
+            Kind::EdgeEdge => moved[0] + moved[1].max(moved[2]),
+        };
+        let needed = within + moved + 4.0 * wrong;
+        match kind {
+            Kind::PointTriangle => {
+                let (b, c) = (less(from[2], from[1]), less(from[3], from[1]));
+                let normal = cross(b, c);
+                let (height, area) = (dot(from[1], normal).abs(), norm(normal));
+                let area_wrong = 2.0 * (norm(b) + norm(c)) * wrong;
+                (height - 2.0 * (norm(from[1]) * area_wrong + area * wrong)).cmpgt(needed * (area + area_wrong))
+            }
+            Kind::EdgeEdge => {
+                let (one, other, between) = (from[1], less(from[3], from[2]), from[2].map(|part| -part));
+                let (a, b, e) = (dot(one, one), dot(one, other), dot(other, other));
+                let (c, f) = (dot(one, between), dot(other, between));
+                let across = a * e - b * b;
+                // The lengths that these are products of, and so how wrong all of them and what is made of them may be, twice over.
+                let (l, m, n) = (roots(a), roots(e), norm(between));
+                let across_wrong = 8.0 * l * m * (l + m) * wrong;
+                let s = ((b * f - c * e) / across).clamp(Vec4::ZERO, Vec4::ONE);
+                let s_wrong = 2.0 * (4.0 * m * (l * m + 2.0 * l * n + m * n) * wrong + across_wrong) / across;
+                let t = (b * s + f) / e;
+                let t_wrong = 2.0 * ((l + 6.0 * m + n) * wrong + l * m * s_wrong) / e;
+                let t_inside = t.clamp(Vec4::ZERO, Vec4::ONE);
+                let s = (b * t_inside - c) / a;
+                let s_wrong = 2.0 * ((6.0 * l + m + n) * wrong + l * m * t_wrong) / a;
+                let s_inside = s.clamp(Vec4::ZERO, Vec4::ONE);
+                let way = [0, 1, 2].map(|axis| between[axis] + one[axis] * s_inside - other[axis] * t_inside);
+                let mut is_out = (norm(way) - l * s_wrong - m * t_wrong).cmpgt(needed);
+                if are_sides {
+                    is_out |= (t - t_inside).abs().cmpgt(t_wrong) | (s - s_inside).abs().cmpgt(s_wrong);
+                }
+                is_out & across.cmpgt(2.0 * across_wrong)
+            }
+        }
+    }
+}
+
+/// The products of four vectors with four others.
+#[inline(always)]
+fn dot(a: [Vec4; 3], b: [Vec4; 3]) -> Vec4 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn norm(a: [Vec4; 3]) -> Vec4 {
+    roots(dot(a, a))
+}
+
+#[inline(always)]
+fn cross(a: [Vec4; 3], b: [Vec4; 3]) -> [Vec4; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn less(a: [Vec4; 3], b: [Vec4; 3]) -> [Vec4; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[cfg(test)]
@@ -108,8 +248,10 @@ mod tests {
             let places = Places { x, ends, ..Places::default() };
             let mut list = Ways::new(4);
             list.take(&places, |_| 0.0, &mut [Bounds::NOTHING; 4], &Pool::new(1));
-            let pair = Pair { kind, corners: [0, 1, 2, 3] };
-            let gap = f64::from(list.gap(pair));
+            let mut four = Four::new(kind);
+            four.put([0, 1, 2, 3]);
+            let (pair, gap, _) = four.take(&list, None).next().expect("what was put");
+            let gap = f64::from(gap);
             let motion = Motion::of(&places, pair);
             for part in 0..=20 {
                 let at = [0, 1, 2, 3].map(|corner| motion.x[corner] + motion.d[corner] * (f64::from(part) / 20.0));
@@ -129,6 +271,43 @@ mod tests {
             let rounding = 1e-5 * extent + 1e-6 * far;
             let of_axis = (rounding / between.length()) * extent;
             prop_assert!(gap >= start.min(end) - rounding - of_axis || between.length() < rounding, "{gap} of {}", start.min(end));
+        }
+
+        /// What is told off asks for no row in double precision either: it is too far away and stays so, or an edge is closest at its end.
+        #[test]
+        fn what_is_told_off_asks_for_nothing(
+            corners in prop::array::uniform4(prop::array::uniform3(-1.0_f64..1.0)),
+            ways in prop::array::uniform4(prop::array::uniform3(-1.0_f64..1.0)),
+            flat in 0.0_f64..1.0,
+            fast in -8_i32..0,
+            within in 0.0_f64..1.0,
+            far in -3.0_f64..3.0,
+            is_triangle: bool,
+            are_sides: bool,
+        ) {
+            let kind = if is_triangle { Kind::PointTriangle } else { Kind::EdgeEdge };
+            let flatten = DVec3::new(1.0, flat, flat * flat);
+            let x: Vec<DVec3> = corners.iter().map(|&corner| DVec3::splat(10_f64.powf(far)) + DVec3::from(corner) * flatten).collect();
+            let ends = x.iter().zip(ways).map(|(x, way)| *x + DVec3::from(way) * 10_f64.powi(fast)).collect();
+            let places = Places { x, ends, ..Places::default() };
+            let mut list = Ways::new(4);
+            list.take(&places, |_| 0.0, &mut [Bounds::NOTHING; 4], &Pool::new(1));
+            let mut four = Four::new(kind);
+            four.put([0, 1, 2, 3]);
+            let asks = Asks { within: within as f32, are_sides };
+            let found: Vec<_> = four.take(&list, Some(asks)).collect();
+            prop_assert_eq!(found.len(), 1);
+            let at = |places: &[DVec3]| [places[0], places[1], places[2], places[3]];
+            let closest = Closest::new(kind, &at(&places.x));
+            let distance = closest.way.length();
+            let then: f64 = (0..4).map(|corner| places.ends[corner].dot(closest.way / distance) * closest.parts[corner]).sum();
+            let is_far = distance > f64::from(asks.within) && then > f64::from(asks.within);
+            let is_at_end = are_sides && !is_triangle && closest.parts.contains(&0.0);
+            prop_assert!(found[0].2 || is_far || is_at_end, "at {distance}, then {then}: {closest:?}");
+            // Nearly all is told off that lies still and is not nearly parallel.
+            let [a, b] = [places.x[1] - places.x[0], places.x[3] - places.x[2]];
+            let is_clear = flat > 0.3 && far < 0.0 && fast < -6 && a.cross(b).length() > 0.3 * a.length() * b.length();
+            prop_assert!(!(found[0].2 && !is_triangle && is_clear && distance > 1.05 * within + 1e-3), "at {distance}, not {within}");
         }
     }
 }

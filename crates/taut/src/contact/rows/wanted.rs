@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::super::detect::{Candidate, Pair};
 use super::super::proximity::{Closest, Kind};
 use super::super::surfaces::{Owner, Surfaces};
-use super::super::{MARGIN, MARGIN_OF_EDGES, NEAR, Places};
+use super::super::{MARGIN, NEAR, Places};
 use super::NONE;
 use super::vertices::stand_for;
 
@@ -36,18 +36,16 @@ pub(super) struct Wanted {
 
 impl Wanted {
     /// What a pair asks for, if it is near, or comes near, on the way on which it was found; `all` says whether all pairs that are may ask.
-    pub fn of(surfaces: &Surfaces, places: &Places, Candidate { pair, gap }: Candidate, all: bool) -> Option<Self> {
+    pub fn of(surfaces: &Surfaces, places: &Places, candidate: Candidate, all: bool) -> Option<Self> {
+        // Most pairs are far enough from each other, and stay so.
+        let Candidate { pair, gap, may_ask: true } = candidate else { return None };
         let Pair { kind, corners } = pair;
         let gap = f64::from(gap);
         let split = kind.split();
         let owners = surfaces.owners_of(pair);
         let (thickness, radius) = (surfaces.thickness(owners), surfaces.radius(owners));
-        // Where two cloths lie on each other their vertices keep them apart; edges count where these do not. Links have no triangles for
-        // the vertices of others.
-        let are_cloths = owners.iter().all(|&owner| (owner as usize) < surfaces.cloths.len());
-        let are_backed = kind == Kind::EdgeEdge && are_cloths && surfaces.are_surfaces(owners);
-        let part = if are_backed { MARGIN_OF_EDGES } else { MARGIN };
-        // Most pairs are far enough from each other, and stay so; of those that are joined nearly all.
+        let part = surfaces.margin(kind, owners);
+        // Of those that are joined nearly all are.
         if gap >= part * thickness + radius {
             return None;
         }
