@@ -8,6 +8,7 @@
 mod balance;
 mod blocks;
 mod brake;
+mod calm;
 mod certificate;
 mod direct;
 mod ease;

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::brake::Lying;
+use super::calm::{cycles_from_now, room_from_now};
 use super::certificate::Certificate;
 use super::direct::Direct;
 use super::finish::Finish;
@@ -243,8 +244,7 @@ impl Unit {
         }
     }
 
-    /// Calls `visit` with the ends of springs that the last cycle left over, if these are few. Returns whether they are; not if it did not
-    /// tell.
+    /// Calls `visit` with the ends of springs that the last cycle left over, if it told and they are few. Returns whether they are.
     pub fn over(&self, descent: &Descent, mut visit: impl FnMut(usize)) -> bool {
         if descent.is_done {
             return true;
@@ -447,23 +447,4 @@ impl Unit {
 /// masses differ.
 fn back_off_of_step(plan: &Plan, cloth: &ClothRange) -> f32 {
     if cloth.rates.is_empty() { 1.0 } else { plan.of(cloth).relative.min(1.0).sqrt() as f32 }
-}
-
-/// How many cycles the next step takes at least, after one of which as much was asked and that took so many. It rises little by little: a
-/// single step that took many is no reason for all that follow.
-fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
-    match calm {
-        true if taken > at_least => taken.min(at_least + at_least / 4 + 4),
-        true => at_least,
-        false => at_least * 3 / 4,
-    }
-}
-
-/// The room of coarse levels in the next step, after one with `room` whose limit left such a part of its kinetic energy.
-fn room_from_now(room: f32, left_of_energy: f64) -> f32 {
-    if left_of_energy > DOUBLED {
-        return (SHRINK * room).max(NO_ROOM);
-    }
-    let freedom = ((left_of_energy - HELD[0]) / (HELD[1] - HELD[0])).clamp(0.0, 1.0) as f32;
-    room + PACE * (LEAST_ROOM + (1.0 - LEAST_ROOM) * freedom - room)
 }
