@@ -15,7 +15,7 @@ const ROUNDING: f32 = 2.0 * f32::EPSILON;
 const OF_PLACES: f32 = 4.0 * f32::EPSILON;
 const OF_DIFFERENCES: f32 = 24.0 * f32::EPSILON;
 /// So many pairs are looked at together.
-pub(crate) const LANES: usize = 4;
+const LANES: usize = 4;
 
 /// Where vertices start and end [m].
 #[derive(Debug, Default)]
