@@ -51,7 +51,7 @@ def test_a_mesh_is_dented_where_cloth_is_and_goes_on_elsewhere() -> None:
     from_middle = np.abs(places[:, :2]).max(axis=1)
     assert report.held_back_bodies > 0
     assert behind[from_middle < 0.05].min() > -DOWN  # the cloth is above the floor, the plate above the cloth
-    assert behind[from_middle > 0.2].max() == 0.0
+    assert behind[from_middle > 0.2].max() < 1e-15  # what the parts of a step round
     assert not simulation.intersections()
     before = simulation.positions.copy()
     simulation.run(frames=1)
