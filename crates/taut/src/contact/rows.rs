@@ -9,7 +9,7 @@ mod alone;
 mod carriers;
 mod crept;
 mod gripped;
-mod near;
+mod index;
 mod pinched;
 mod supports;
 mod touching;
@@ -34,7 +34,7 @@ pub(crate) use carriers::{Carried, Carrier, RigidMotion};
 use crept::Crept;
 pub(crate) use gripped::Grip;
 use gripped::Gripped;
-use near::Near;
+use index::Index;
 use pinched::Pinched;
 pub(crate) use supports::Support;
 pub use touching::Touching;
@@ -111,7 +111,7 @@ pub(crate) struct Rows {
     alone: Alone,
     pinched: Pinched,
     gripped: Gripped,
-    near: Near,
+    index: Index,
     crept: Crept,
     told: Told,
 }
@@ -131,7 +131,7 @@ impl Rows {
             alone: Alone::default(),
             pinched: Pinched::default(),
             gripped: Gripped::default(),
-            near: Near::default(),
+            index: Index::default(),
             crept: Crept::default(),
             told: Told::default(),
         }

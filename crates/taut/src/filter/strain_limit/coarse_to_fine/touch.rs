@@ -1,7 +1,8 @@
 //! All cloths of a step together, where they touch bodies, each other or themselves.
 //!
 //! 1. One cycle without contact, so that the ends of the step are sensible; what comes near on the way there becomes rows.
-//! 2. Cycles of each cloth and sweeps over all rows in turn, until springs are short enough and rows are kept.
+//! 2. Cycles of each cloth and sweeps over all rows in turn, until springs are short enough and rows are kept; the last few of both are put
+//!    right one by one (worklist.rs).
 //!    Cloths that bear something heavy on their rows are solved with these as one problem instead (joint.rs).
 //! 3. The certificate: each cloth keeps its limit, and nothing crosses anything on the way. Pairs that would cross become rows, with
 //!    what is closest at the time of impact, and 2 goes on; where that does not help, the step is shortened there.
@@ -257,11 +258,10 @@ impl Touch {
                 if descents.iter().all(|descent| descent.is_done) && rows.are_kept() {
                     return;
                 }
-                if may_agree && worklist.run(where_is, rows, units, descents) {
+                if may_agree && worklist.run(where_is, rows, units, descents, pool) {
                     descents.iter_mut().for_each(|descent| descent.is_done = true);
                     return;
                 }
-                where_is.gather(rows, units, pool);
             }
             if round == ROUNDS {
                 left_of_energy.clear();

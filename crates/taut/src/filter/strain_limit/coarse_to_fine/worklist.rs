@@ -9,6 +9,7 @@
 use super::unit::{Descent, Unit};
 use super::where_is::WhereIs;
 use crate::contact::Rows;
+use crate::geometry::Pool;
 
 /// So few rows, as a part of all, are put right one by one [1].
 const FEW: f32 = 0.06;
@@ -31,9 +32,16 @@ impl Worklist {
         Self { is_in: vec![false; particles], ..Self::default() }
     }
 
-    /// Puts right what is left; rows must know the displacements that the levels have. Returns whether that was done: not where much is
-    /// left, and not wholly where it does not die out.
-    pub fn run(&mut self, where_is: &mut WhereIs, rows: &mut Rows, units: &mut [Unit], descents: &[Descent]) -> bool {
+    /// Puts right what is left; rows must know the displacements that the levels have, and do so after it. Returns whether that was done:
+    /// not where much is left, and not wholly where it does not die out.
+    pub fn run(
+        &mut self,
+        where_is: &mut WhereIs,
+        rows: &mut Rows,
+        units: &mut [Unit],
+        descents: &[Descent],
+        pool: &Pool,
+    ) -> bool {
         if !self.begin(rows, units, descents) {
             return false;
         }
@@ -43,6 +51,7 @@ impl Worklist {
         }
         while !self.list.is_empty() {
             if self.list.len() > visits {
+                where_is.gather(rows, units, pool);
                 return false;
             }
             visits -= self.list.len();

@@ -6,7 +6,7 @@ use super::{NONE, Row, Rows};
 
 /// The rows of each place in the workspace: those of place p are `rows[starts[p]..starts[p + 1]]`.
 #[derive(Debug, Default)]
-pub(super) struct Near {
+pub(super) struct Index {
     starts: Vec<u32>,
     rows: Vec<u32>,
 }
@@ -25,7 +25,7 @@ impl Rows {
 
     /// Finds out which rows each vertex is in.
     pub fn index(&mut self) {
-        let Near { starts, rows } = &mut self.near;
+        let Index { starts, rows } = &mut self.index;
         starts.clear();
         starts.resize(self.vertices.len() + 2, 0);
         for local in self.list.iter().flat_map(Row::locals) {
@@ -48,9 +48,9 @@ impl Rows {
         if local == NONE {
             return;
         }
-        let [from, to] = [0, 1].map(|next| self.near.starts[local as usize + next] as usize);
+        let [from, to] = [0, 1].map(|next| self.index.starts[local as usize + next] as usize);
         for index in from..to {
-            let number = self.near.rows[index] as usize;
+            let number = self.index.rows[index] as usize;
             if self.is_kept(&self.list[number]) {
                 continue;
             }
