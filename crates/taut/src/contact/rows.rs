@@ -10,6 +10,7 @@ mod carriers;
 mod crept;
 mod gripped;
 mod index;
+mod lanes;
 mod pinched;
 mod supports;
 mod touching;
@@ -26,7 +27,7 @@ use super::proximity::Closest;
 use super::surfaces::Surfaces;
 use super::untangle::Asked;
 use super::{NEAR, Places, floor};
-use crate::geometry::{CHUNK, Pool, for_each_chunk, for_each_part, for_each_two_chunks};
+use crate::geometry::{CHUNK, Pool, for_each_part, for_each_two_chunks};
 use crate::model::{ClothRange, Model};
 use alone::Alone;
 use carriers::Told;
@@ -35,6 +36,7 @@ use crept::Crept;
 pub(crate) use gripped::Grip;
 use gripped::Gripped;
 use index::Index;
+use lanes::Lanes;
 use pinched::Pinched;
 pub(crate) use supports::Support;
 pub use touching::Touching;
@@ -75,9 +77,6 @@ struct Row {
     cloth: u32,
     /// How much further than its middle the surface of a turning ball or capsule goes, as the relative displacement counts [m].
     carried: Vec3,
-    /// If it is alone with its vertex: the part of that, and what bodies add to the relative displacement [m].
-    own: f32,
-    moved: Vec3,
 }
 
 /// A row as the levels of one cloth see it: they may use up the room, and no more.
@@ -109,6 +108,7 @@ pub(crate) struct Rows {
     /// What parts of the pairs want.
     parts: Vec<Vec<Wanted>>,
     alone: Alone,
+    lanes: Lanes,
     pinched: Pinched,
     gripped: Gripped,
     index: Index,
@@ -129,6 +129,7 @@ impl Rows {
             particles: model.particle_count(),
             parts: Vec::new(),
             alone: Alone::default(),
+            lanes: Lanes::default(),
             pinched: Pinched::default(),
             gripped: Gripped::default(),
             index: Index::default(),
@@ -251,8 +252,6 @@ impl Rows {
             before: (0.0, Vec3::ZERO),
             cloth: surfaces.cloth_of(owners).unwrap_or(NONE),
             carried: carried.as_vec3() + self.crept.along(corners, singles, normal.as_vec3()),
-            own: 0.0,
-            moved: Vec3::ZERO,
         };
         self.list.push(row);
     }
@@ -309,7 +308,7 @@ impl Rows {
 
     /// Whether all rows are as good as kept.
     pub fn are_kept(&self) -> bool {
-        self.list.iter().all(|row| self.is_kept(row))
+        self.unkept_rows(0, |_| ())
     }
 
     fn is_kept(&self, row: &Row) -> bool {
@@ -326,7 +325,7 @@ impl Rows {
     pub fn obstacles(&self, cloth: &ClothRange, list: &mut Vec<Obstacle>) {
         list.clear();
         let own = cloth.particles();
-        for (number, row) in (0..).zip(&self.list) {
+        for ((number, row), (gap, push)) in (0..).zip(&self.list).zip(self.gaps_and_pushes()) {
             let mut nodes = [(0, 0.0); 4];
             let mut any = false;
             for (node, (&end, &part)) in nodes.iter_mut().zip(row.ends.iter().zip(&row.parts)) {
@@ -337,35 +336,18 @@ impl Rows {
                 }
             }
             if any {
-                list.push(Obstacle {
-                    nodes,
-                    normal: row.normal,
-                    room: self.gap(row).max(0.0),
-                    row: number,
-                    push: row.push.max(0.0),
-                });
+                list.push(Obstacle { nodes, normal: row.normal, room: gap.max(0.0), row: number, push: push.max(0.0) });
             }
         }
-    }
-
-    /// Goes on with the momentum with which the displacements of a cloth do: what they gain by pushes, pushes gain as well.
-    pub fn go_on(&mut self, cloth: usize, momentum: f32, pool: &Pool) {
-        for_each_chunk(&mut self.list, pool, |_, rows| {
-            for row in rows.iter_mut().filter(|row| row.cloth == cloth as u32) {
-                let now = (row.push, row.hold);
-                row.push += (now.0 - row.before.0) * momentum;
-                row.hold += (now.1 - row.before.1) * momentum;
-                row.before = now;
-            }
-        });
     }
 
     /// Takes what coarse levels of a cloth have leant on a row [kg m]: it bears that as well. Of two cloths it goes unseen: the other one would
     /// have to take it on its own coarse levels.
     pub fn lean(&mut self, row: u32, push: f32) {
-        let row = &mut self.list[row as usize];
-        if row.cloth != NONE {
-            row.push += push;
+        let row = row as usize;
+        // What is alone with its vertex lies on a body.
+        if row < self.alone.count || self.list[row].cloth != NONE {
+            *self.push_of(row) += push;
         }
     }
 

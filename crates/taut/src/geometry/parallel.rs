@@ -39,11 +39,23 @@ pub fn for_each_two_chunks<T: Send, U: Send>(
     pool: &Pool,
     work: impl Fn(usize, &mut [T], &mut [U]) + Sync,
 ) {
-    let each = |(chunk, (items, others)): (usize, (&mut [T], &mut [U]))| work(chunk * CHUNK, items, others);
-    if pool.pays_for(items.len()) {
-        items.par_chunks_mut(CHUNK).zip(others.par_chunks_mut(CHUNK)).enumerate().for_each(each);
+    for_each_of_both(items, others, 1, pool, work);
+}
+
+/// As [`for_each_two_chunks`], where each item has `each` of the others; the last one may have fewer.
+pub fn for_each_of_both<T: Send, U: Send>(
+    items: &mut [T],
+    others: &mut [U],
+    each: usize,
+    pool: &Pool,
+    work: impl Fn(usize, &mut [T], &mut [U]) + Sync,
+) {
+    let length = CHUNK / each;
+    let chunk = |(chunk, (items, others)): (usize, (&mut [T], &mut [U]))| work(chunk * length, items, others);
+    if pool.pays_for(others.len()) {
+        items.par_chunks_mut(length).zip(others.par_chunks_mut(each * length)).enumerate().for_each(chunk);
     } else {
-        items.chunks_mut(CHUNK).zip(others.chunks_mut(CHUNK)).enumerate().for_each(each);
+        items.chunks_mut(length).zip(others.chunks_mut(each * length)).enumerate().for_each(chunk);
     }
 }
 

@@ -1,12 +1,9 @@
 //! The order of rows. First come those that are alone with their vertex: beside a body such a row has one particle, and no other row has that.
 //!
 //! Their vertices come first as well, in the same order: row and vertex have the same number. So any number of threads may
-//! sweep them with the same result. Most rows of cloth on a ball, a capsule or a plane are such (vertices.rs).
-
-use glam::Vec3;
+//! sweep them with the same result (lanes.rs). Most rows of cloth on a ball, a capsule or a plane are such (vertices.rs).
 
 use super::{NONE, Places, Row, Rows};
-use crate::geometry::{Pool, for_each_two_chunks};
 
 /// How many there are, and the workspace.
 #[derive(Debug, Default)]
@@ -39,17 +36,6 @@ impl Rows {
     pub fn arrange(&mut self, places: &Places) {
         self.put_first();
         self.load_bodies(places);
-        let Self { list, d, alone, .. } = self;
-        for (own, row) in list[..alone.count].iter_mut().enumerate() {
-            let (mut part, mut moved) = (0.0, Vec3::ZERO);
-            for end in 0..4 {
-                match row.ends[end] as usize {
-                    local if local == own => part += row.parts[end],
-                    local => moved += d[local] * row.parts[end],
-                }
-            }
-            (row.own, row.moved) = (part, moved);
-        }
     }
 
     fn put_first(&mut self) {
@@ -90,20 +76,5 @@ impl Rows {
             locals[vertex as usize] = local;
             *weight = self.all_weights[vertex as usize];
         }
-    }
-
-    /// Projects all rows.
-    pub fn sweep(&mut self, pool: &Pool) {
-        let Self { list, d, weights, alone, .. } = self;
-        let (first, others) = list.split_at_mut(alone.count);
-        for_each_two_chunks(first, &mut d[..alone.count], pool, |start, rows, d| {
-            for ((row, d), weight) in rows.iter_mut().zip(d).zip(&weights[start..]) {
-                let impulse = row.respond(*d * row.own + row.moved);
-                if impulse != Vec3::ZERO {
-                    *d += impulse * (row.own * weight);
-                }
-            }
-        });
-        others.iter_mut().for_each(|row| row.project(d, weights, |_, _| ()));
     }
 }

@@ -13,14 +13,11 @@ pub(super) struct Index {
 
 impl Rows {
     /// Calls `visit` with the particles of rows that are not kept, if these are at most so many. Returns whether they are.
-    pub fn unkept(&self, most: usize, visit: impl FnMut(usize)) -> bool {
-        let unkept = || self.list.iter().filter(|row| !self.is_kept(row));
-        let are_few = unkept().take(most + 1).count() <= most;
-        if are_few {
-            let vertices = unkept().flat_map(Row::locals).map(|local| self.vertices[local] as usize);
-            vertices.filter(|&vertex| vertex < self.particles).for_each(visit);
-        }
-        are_few
+    pub fn unkept(&self, most: usize, mut visit: impl FnMut(usize)) -> bool {
+        self.unkept_rows(most, |row| {
+            let vertices = self.list[row].locals().map(|local| self.vertices[local] as usize);
+            vertices.filter(|&vertex| vertex < self.particles).for_each(&mut visit);
+        })
     }
 
     /// Finds out which rows each vertex is in.
@@ -50,12 +47,8 @@ impl Rows {
         }
         let [from, to] = [0, 1].map(|next| self.index.starts[local as usize + next] as usize);
         for index in from..to {
-            let number = self.index.rows[index] as usize;
-            if self.is_kept(&self.list[number]) {
-                continue;
-            }
-            let Self { list, d, weights, vertices, .. } = self;
-            list[number].project(d, weights, |local, way| tell(vertices[local] as usize, way));
+            let row = self.index.rows[index] as usize;
+            self.put_row_right(row, &mut tell);
         }
     }
 

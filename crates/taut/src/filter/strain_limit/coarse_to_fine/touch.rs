@@ -59,6 +59,8 @@ pub(super) struct Touch {
     velocities: Vectors,
     led: Led,
     obstacles: Vec<Vec<Obstacle>>,
+    /// The momentum of the next cycle of each cloth, by its number.
+    momenta: Vec<f32>,
     descents: Vec<Descent>,
     /// The rates with which velocities take corrections, what is left of kinetic energies where cloths touch something, and the
     /// particles that rows have pushed.
@@ -88,6 +90,7 @@ impl Touch {
             velocities: Vectors::default(),
             led: Led::new(model),
             obstacles: units.iter().map(|_| Vec::new()).collect(),
+            momenta: vec![0.0; model.cloths.len()],
             descents: Vec::new(),
             rates: Vec::new(),
             left_of_energy: Vec::new(),
@@ -239,12 +242,9 @@ impl Touch {
 
     /// Sweeps over rows and springs in turn, until springs are short enough and rows are kept; in so many rounds at least, and at most.
     fn solve(&mut self, units: &mut [Unit], model: &Model, rounds: Range<usize>, pool: &Pool) {
-        let Self { contact, where_is, worklist, obstacles, descents, left_of_energy, .. } = self;
-        // What brings intersecting things apart may contradict itself.
-        let may_agree = contact.brings_apart().is_none();
-        let rows = &mut contact.rows;
-        let is_pinched = may_agree && rows.any_shares();
+        let rows = &mut self.contact.rows;
         if rows.is_empty() {
+            let descents = &mut self.descents;
             for (unit, descent) in units.iter_mut().zip(descents).filter(|(_, descent)| descent.is_needed) {
                 while !descent.is_over {
                     unit.descend(model, descent, false, pool);
@@ -252,6 +252,18 @@ impl Touch {
             }
             return;
         }
+        rows.pack();
+        self.go_round(units, model, rounds, pool);
+        self.contact.rows.unpack();
+    }
+
+    /// Goes through such rounds.
+    fn go_round(&mut self, units: &mut [Unit], model: &Model, rounds: Range<usize>, pool: &Pool) {
+        let Self { contact, where_is, worklist, obstacles, momenta, descents, left_of_energy, .. } = self;
+        // What brings intersecting things apart may contradict itself.
+        let may_agree = contact.brings_apart().is_none();
+        let rows = &mut contact.rows;
+        let is_pinched = may_agree && rows.any_shares();
         for round in 0..rounds.end {
             where_is.gather(rows, units, pool);
             if rounds.contains(&round) {
@@ -270,10 +282,14 @@ impl Touch {
                     return;
                 }
             }
-            match round {
-                GIVES_WAY if is_pinched => rows.give_way(),
-                GIVES_IN if is_pinched => rows.give_in(),
-                _ => {}
+            if is_pinched && (round == GIVES_WAY || round == GIVES_IN) {
+                rows.unpack();
+                if round == GIVES_WAY {
+                    rows.give_way()
+                } else {
+                    rows.give_in()
+                }
+                rows.pack();
             }
             // Single springs and rows agree among themselves before coarse levels join in.
             where_is.sweep(rows, units, pool);
@@ -282,12 +298,15 @@ impl Touch {
             }
             where_is.gather(rows, units, pool);
             where_is.sweep(rows, units, pool);
-            for ((unit, descent), obstacles) in units.iter_mut().zip(descents.iter_mut()).zip(obstacles.iter_mut()) {
-                if round % RENEWED == 0 {
+            if round % RENEWED == 0 {
+                for (unit, obstacles) in units.iter_mut().zip(obstacles.iter_mut()) {
                     rows.obstacles(unit.cloth(), obstacles);
                     unit.levels_mut().obstruct(obstacles, round == 0, pool);
                 }
-                rows.go_on(unit.index(), descent.momentum(), pool);
+            }
+            units.iter().zip(&*descents).for_each(|(unit, descent)| momenta[unit.index()] = descent.momentum());
+            rows.go_on(momenta, pool);
+            for ((unit, descent), obstacles) in units.iter_mut().zip(descents.iter_mut()).zip(obstacles.iter()) {
                 unit.descend(model, descent, true, pool);
                 unit.levels_mut().resisted(&mut |obstacle, push| rows.lean(obstacles[obstacle as usize].row, push));
             }
