@@ -36,7 +36,6 @@ struct Blocked {
 #[derive(Debug, Clone, Copy)]
 struct Come {
     key: [u32; 2],
-    room: f32,
     /// What it was before: a row, or what is kept of one level finer.
     from: u32,
     /// Its part of what those with its key push [1].
@@ -59,11 +58,11 @@ struct Kept {
     push: f32,
 }
 
-/// What might count on a level: the row of the finest level that it is, and what it is here, if it does.
+/// What might count on a level: the row of the finest level that it is, and its key, if it does.
 #[derive(Debug, Clone, Copy)]
 struct Might {
     row: u32,
-    here: Option<Blocked>,
+    key: Option<[u32; 2]>,
 }
 
 /// The rows of a coarse level: all that might count, those that do in the order of their keys, and what is kept of them, with its nodes.
@@ -73,6 +72,8 @@ struct Rows {
     come: Vec<Come>,
     kept: Vec<Kept>,
     nodes: Vec<(u32, f32)>,
+    /// Workspace: where those begin whose first particle is such a one.
+    starts: Vec<u32>,
 }
 
 /// The rows of all coarse levels, from the second finest on.
@@ -111,21 +112,26 @@ impl Obstacles {
             let (finer, here) = self.levels.split_at_mut(index);
             let [below, level] = [&levels[index], &levels[index + 1]];
             let counts = |nodes: &Nodes| !(are_gripped && is_held(nodes, level));
+            let on = |nodes: Option<Nodes>, normal: Vec4| Blocked::new(nodes.filter(counts)?, normal, level);
             // What counts on a level goes on to the next one.
             match finer.last() {
-                None => here[0].take(rows.len(), pool, |number| {
-                    let row = &rows[number];
-                    let nodes = || {
+                None => {
+                    let find = |number: usize| {
+                        let row = &rows[number];
                         let nodes = row.nodes.iter().filter(|node| node.1 != 0.0);
-                        raise(nodes.map(|&(particle, part)| (places[particle as usize], part)), below).filter(counts)
+                        on(raise(nodes.map(|&(particle, part)| (places[particle as usize], part)), below), row.normal.extend(0.0))
                     };
-                    (number as u32, [row.room, row.push], move || Blocked::new(nodes()?, row.normal.extend(0.0), level))
-                }),
-                Some(Rows { kept, nodes, .. }) => here[0].take(kept.len(), pool, |number| {
-                    let row = &kept[number];
-                    let nodes = || raise(nodes[row.nodes.clone()].iter().copied(), below).filter(counts);
-                    (row.row, [row.room, row.total], move || Blocked::new(nodes()?, row.normal, level))
-                }),
+                    here[0].find(rows.len(), level.d.len(), pool, |number| number as u32, find);
+                    here[0].keep(|number| (number as u32, rows[number].room, rows[number].push), find);
+                }
+                Some(Rows { kept, nodes, .. }) => {
+                    let find = |number: usize| {
+                        let row = &kept[number];
+                        on(raise(nodes[row.nodes.clone()].iter().copied(), below), row.normal)
+                    };
+                    here[0].find(kept.len(), level.d.len(), pool, |number| kept[number].row, find);
+                    here[0].keep(|number| (kept[number].row, kept[number].room, kept[number].total), find);
+                }
             }
         }
     }
@@ -168,46 +174,71 @@ impl Obstacles {
 }
 
 impl Rows {
-    /// Takes so many rows. `of` tells of each which it is, its room and push, and how to find what it is here. Of rows with the same key it
-    /// keeps the one with the least room, the first of equal ones; all with that key have their share of its push.
-    fn take<F: FnOnce() -> Option<Blocked>>(
+    /// Takes which of so many rows count, on a level of so many particles. `row` tells of each which it is, and `find` what it is here.
+    fn find(
         &mut self,
         count: usize,
+        particles: usize,
         pool: &Pool,
-        of: impl Fn(usize) -> (u32, [f32; 2], F) + Sync,
+        row: impl Fn(usize) -> u32 + Sync,
+        find: impl Fn(usize) -> Option<Blocked> + Sync,
     ) {
-        let Self { might, come, kept, nodes } = self;
-        might.resize(count, Might { row: u32::MAX, here: None });
+        let Self { might, come, starts, .. } = self;
+        if might.len() == count && might.iter().enumerate().all(|(from, might)| might.row == row(from)) {
+            return;
+        }
+        might.resize(count, Might { row: u32::MAX, key: None });
         for_each_chunk(might, pool, |first, might| {
-            for (from, might) in (first..).zip(might) {
-                let (row, _, find) = of(from);
-                if might.row != row {
-                    *might = Might { row, here: find() };
-                }
+            for (from, might) in (first..).zip(might).filter(|(from, might)| might.row != row(*from)) {
+                *might = Might { row: row(from), key: find(from).map(|found| found.key) };
             }
         });
+        // By the first particle of their keys they fall into their places; few share that.
+        let place = |[first, _]: [u32; 2]| particles.min(first as usize);
+        starts.clear();
+        starts.resize(particles + 2, 0);
+        might.iter().filter_map(|might| might.key).for_each(|key| starts[place(key) + 1] += 1);
+        (1..starts.len()).for_each(|place| starts[place] += starts[place - 1]);
         come.clear();
-        for (from, might) in might.iter().enumerate() {
-            if let Some(Blocked { key, .. }) = might.here {
-                let (_, [room, push], _) = of(from);
-                come.push(Come { key, room, from: from as u32, share: push });
+        come.resize(starts[particles + 1] as usize, Come { key: [0; 2], from: 0, share: 0.0 });
+        for (from, might) in (0..).zip(&*might) {
+            if let Some(key) = might.key {
+                let start = &mut starts[place(key)];
+                come[*start as usize] = Come { key, from, share: 0.0 };
+                *start += 1;
             }
         }
-        come.sort_unstable_by(|a, b| a.key.cmp(&b.key).then(a.room.total_cmp(&b.room)).then(a.from.cmp(&b.from)));
+        for alike in come.chunk_by_mut(|a, b| a.key[0] == b.key[0]) {
+            alike.sort_unstable_by_key(|one| (one.key[1], one.from));
+        }
+    }
+
+    /// Keeps the one with the least room of rows with the same key, the first of equal ones; all with that key have their share of its push.
+    /// `of` tells of each which it is, its room, and its push.
+    fn keep(&mut self, of: impl Fn(usize) -> (u32, f32, f32), find: impl Fn(usize) -> Option<Blocked>) {
+        let Self { come, kept, nodes, .. } = self;
         kept.clear();
         nodes.clear();
         let mut first = 0;
         for alike in come.chunk_by_mut(|a, b| a.key == b.key) {
-            let total: f32 = alike.iter().map(|one| one.share).sum();
+            let (mut total, mut least) = (0.0, (f32::INFINITY, 0, alike[0].from));
+            for one in alike.iter_mut() {
+                let (row, room, push) = of(one.from as usize);
+                one.share = push;
+                total += push;
+                if room < least.0 {
+                    least = (room, row, one.from);
+                }
+            }
             let equal = (alike.len() as f32).recip();
             alike.iter_mut().for_each(|one| one.share = if total > 0.0 { one.share / total } else { equal });
-            let (one, alike) = (&alike[0], first..first + alike.len());
+            let (room, row, from) = least;
+            let alike = first..first + alike.len();
             first = alike.end;
-            if let Might { row, here: Some(Blocked { nodes: (own, count), normal, give, .. }) } = might[one.from as usize] {
-                let from = nodes.len();
+            if let Some(Blocked { nodes: (own, count), normal, give, .. }) = find(from as usize) {
+                let start = nodes.len();
                 nodes.extend(&own[..count]);
-                let (nodes, room, push) = (from..nodes.len(), one.room, 0.0);
-                kept.push(Kept { nodes, normal, room, give, row, alike, total, push });
+                kept.push(Kept { nodes: start..nodes.len(), normal, room, give, row, alike, total, push: 0.0 });
             }
         }
     }
