@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Row, Rows, carried};
+use super::{NONE, Row, Rows, carried};
 use crate::contact::Places;
 use crate::contact::surfaces::Surfaces;
 
@@ -23,6 +23,8 @@ pub(crate) struct Carried {
     /// near, at most [m].
     pub motion: Option<RigidMotion>,
     pub apart: f64,
+    /// Whether more of what pushes it is bodies than cloth.
+    pub is_on_bodies: bool,
 }
 
 /// What carries a cloth in a step.
@@ -76,6 +78,8 @@ pub(super) struct Told {
     together: Vec<usize>,
     places: Vec<Place>,
     sums: Vec<Sums>,
+    /// Of each cloth, by how many more rows of bodies push it than of cloth.
+    on_bodies: Vec<i64>,
 }
 
 /// What the places of a cloth, and of those that touch it, say about how they are carried: sums weighted by pushes.
@@ -157,34 +161,44 @@ impl Rows {
     /// Tells of each cloth what carries it.
     pub(in crate::contact) fn tell_carriers(&mut self, surfaces: &Surfaces, places: &Places, carriers: &mut Vec<Carried>) {
         let cloths = surfaces.cloths.len();
-        let Told { mut together, places: mut told, mut sums } = std::mem::take(&mut self.told);
+        let Told { mut together, places: mut told, mut sums, mut on_bodies } = std::mem::take(&mut self.told);
+        let owner = |local: usize| surfaces.owners[self.vertices[local] as usize] as usize;
+        let carry = || self.list.iter().filter(|row| row.carries());
         together.clear();
         together.extend(0..cloths);
-        for row in self.list.iter().filter(|row| row.carries()) {
-            let owners = || row.locals().map(|local| surfaces.owners[self.vertices[local] as usize] as usize);
-            let all = || owners().filter(|&owner| owner < cloths);
+        for row in carry().filter(|row| row.cloth == NONE) {
+            let all = || row.locals().map(owner).filter(|&owner| owner < cloths);
             let Some(first) = all().map(|owner| together[owner]).min() else { continue };
             for owner in all() {
                 let one = together[owner];
                 together.iter_mut().filter(|other| **other == one).for_each(|other| *other = first);
             }
         }
-        told.clear();
-        let rows = self.list.iter().filter(|row| row.carries());
-        told.extend(rows.filter_map(|row| self.told_by(row, surfaces, places)));
-        told.iter_mut().for_each(|at| at.cloth = together[at.cloth]);
         sums.clear();
         sums.resize(cloths, Sums::NONE);
-        told.iter().for_each(|at| sums[at.cloth].any = true);
-        for row in self.list.iter().filter(|row| row.carries()) {
-            let owner = |local: usize| surfaces.owners[self.vertices[local] as usize] as usize;
+        on_bodies.clear();
+        on_bodies.resize(cloths, 0);
+        for row in carry() {
             let Some(cloth) = row.locals().map(owner).find(|&owner| owner < cloths) else { continue };
-            let lack = &mut sums[together[cloth]].lack;
-            *lack = lack.max(-f64::from(row.gap));
+            let sums = &mut sums[together[cloth]];
+            sums.lack = sums.lack.max(-f64::from(row.gap));
+            let is_of_body = row.cloth != NONE && row.locals().any(|local| owner(local) >= cloths);
+            sums.any |= is_of_body;
+            // A row of two cloths counts at both.
+            match (row.cloth, is_of_body) {
+                (NONE, _) => row.locals().map(owner).for_each(|cloth| on_bodies[cloth] -= 1),
+                (cloth, true) => on_bodies[cloth as usize] += 1,
+                (cloth, false) => on_bodies[cloth as usize] -= 1,
+            }
         }
         // Most cloth lies on what stands still.
-        if !told.iter().any(|at| at.moves) {
-            told.clear();
+        told.clear();
+        if places.turns.iter().any(|turn| *turn != DVec3::ZERO) || places.x[self.particles..] != places.ends[self.particles..] {
+            told.extend(carry().filter_map(|row| self.told_by(row, surfaces, places)));
+            told.iter_mut().for_each(|at| at.cloth = together[at.cloth]);
+            if !told.iter().any(|at| at.moves) {
+                told.clear();
+            }
         }
         told.iter().for_each(|at| sums[at.cloth].take(at));
         sums.iter_mut().for_each(Sums::center);
@@ -195,16 +209,17 @@ impl Rows {
         }
         told.iter().for_each(|at| sums[at.cloth].take_left(at));
         carriers.clear();
-        carriers.extend(together.iter().map(|&first| {
+        carriers.extend(together.iter().zip(&on_bodies).map(|(&first, &more)| {
             let sums = &sums[first];
             let by = match sums {
                 sums if !sums.any_moves => Carrier::Nothing,
                 sums if sums.left > AS_ONE * AS_ONE * sums.square => Carrier::Several,
                 sums => Carrier::Rigid(sums.motion),
             };
-            Carried { by, first, motion: sums.any.then_some(sums.motion), apart: sums.furthest.sqrt() + sums.lack }
+            let (motion, apart) = (sums.any.then_some(sums.motion), sums.furthest.sqrt() + sums.lack);
+            Carried { by, first, motion, apart, is_on_bodies: more > 0 }
         }));
-        self.told = Told { together, places: told, sums };
+        self.told = Told { together, places: told, sums, on_bodies };
     }
 
     /// What a row says of how its cloth is carried, if a body pushes it.

@@ -7,7 +7,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::contact::RigidMotion;
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::state::State;
 
@@ -28,6 +28,7 @@ pub(super) struct Lying<'a> {
     /// Where particles start, from the place that frames are told from, and where they are proposed to end, from their origins [m].
     pub start: &'a [DVec3],
     pub proposed: &'a Vectors,
+    pub pool: &'a Pool,
 }
 
 impl Lying<'_> {

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::brake::Lying;
 use crate::contact::{Carried, RigidMotion};
-use crate::geometry::Vectors;
+use crate::geometry::{CHUNK, Vectors, sum_of_chunks};
 use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::State;
@@ -20,7 +20,11 @@ use crate::state::State;
 #[derive(Default)]
 pub(super) struct Gains {
     groups: Vec<Group>,
+    parts: Vec<[f64; NUMBERS]>,
 }
+
+/// The mass, and four sums of four numbers each.
+const NUMBERS: usize = 17;
 
 #[derive(Clone, Copy, Default)]
 struct Group {
@@ -66,15 +70,23 @@ impl Gains {
         let way = |state: &State, ends: &Vectors, particle| (ends.get(particle) - state.positions.get(particle)).as_dvec3();
         for (cloth, carried) in model.cloths.iter().zip(carried) {
             let group = &mut self.groups[carried.first];
-            for particle in cloth.particles().filter(is_free) {
-                let mass = f64::from(model.particles.mass[particle]);
-                let with = group.with(lying.start[particle]);
-                group.mass += mass;
-                group.ways.before.add(mass, way(state, lying.proposed, particle) - with);
-                group.ways.after.add(mass, way(state, ends, particle) - with);
-                group.velocities.before.add(mass, proposed.get(particle).as_dvec3() - with / step);
-                group.velocities.after.add(mass, state.velocities.get(particle).as_dvec3() - with / step);
-            }
+            let chunks = cloth.count.div_ceil(CHUNK);
+            self.parts.resize(self.parts.len().max(chunks), [0.0; NUMBERS]);
+            let numbers = sum_of_chunks(cloth.count, &mut self.parts[..chunks], lying.pool, |run| {
+                let (mut all, mut sums) = (0.0, [Sum::default(); 4]);
+                for particle in (cloth.first + run.start..cloth.first + run.end).filter(is_free) {
+                    let mass = f64::from(model.particles.mass[particle]);
+                    let with = group.with(lying.start[particle]);
+                    all += mass;
+                    let ways = [lying.proposed, &*ends].map(|ends| way(state, ends, particle) - with);
+                    let velocities = [proposed, &state.velocities].map(|of| of.get(particle).as_dvec3() - with / step);
+                    sums.iter_mut().zip(ways.into_iter().chain(velocities)).for_each(|(sum, vector)| sum.add(mass, vector));
+                }
+                let numbers = sums.iter().flat_map(|sum| [sum.all.x, sum.all.y, sum.all.z, sum.square]);
+                let mut numbers = std::iter::once(all).chain(numbers);
+                std::array::from_fn(|_| numbers.next().unwrap_or_default())
+            });
+            group.take(&numbers);
         }
         let mut taken: f64 = 0.0;
         for (cloth, carried) in model.cloths.iter().zip(carried) {
@@ -82,6 +94,9 @@ impl Gains {
             let [of_ways, of_velocities] = group.parts_that_are_left(step);
             let [(mean, astray), (mean_velocity, astray_velocity)] = [group.mean(&group.ways), group.mean(&group.velocities)];
             taken = taken.max(1.0 - of_ways);
+            if of_ways >= 1.0 && of_velocities >= 1.0 && [astray, astray_velocity] == [DVec3::ZERO; 2] {
+                continue;
+            }
             for particle in cloth.particles().filter(is_free) {
                 let with = group.with(lying.start[particle]);
                 if of_ways < 1.0 || astray != DVec3::ZERO {
@@ -126,6 +141,17 @@ fn held(model: &Model, particles: Range<usize>) -> impl Iterator<Item = usize> {
 }
 
 impl Group {
+    /// Takes the sums of a cloth.
+    fn take(&mut self, numbers: &[f64; NUMBERS]) {
+        self.mass += numbers[0];
+        let Self { ways, velocities, .. } = self;
+        let sums = [&mut ways.before, &mut ways.after, &mut velocities.before, &mut velocities.after];
+        for (sum, own) in sums.into_iter().zip(numbers[1..].as_chunks::<4>().0) {
+            sum.all += DVec3::from_slice(own);
+            sum.square += own[3];
+        }
+    }
+
     /// How far a particle at a place would go along [m].
     fn with(&self, place: DVec3) -> DVec3 {
         self.frame.map_or(DVec3::ZERO, |frame| frame.way(place))

@@ -104,6 +104,8 @@ const STUBBORN: usize = 100;
 const ENERGY_AT_REST: f64 = 0.1;
 /// .. but no more than so many where it touches something: sweeps over rows in turn with them never end at once.
 const MOST_IF_TOUCHED: u32 = 12;
+/// .. and none where bodies push it rather than cloth: nothing has to carry what lies on top.
+const MOST_ON_BODIES: u32 = 0;
 /// Cloth lies on something where all of the proposed step is taken but for this part of its kinetic energy: more than cloth that hangs calm
 /// has, since ways that turn back on each other are some of it.
 const ENERGY_IN_CONTACT: f64 = 0.3;

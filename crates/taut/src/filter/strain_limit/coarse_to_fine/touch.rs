@@ -66,7 +66,8 @@ pub(super) struct Touch {
     /// particles that rows have pushed.
     rates: Vec<f32>,
     left_of_energy: Vec<f64>,
-    pushed: Vec<usize>,
+    pushed: Vec<u32>,
+    is_pushed: Vec<bool>,
     /// What carries each cloth.
     carriers: Vec<Carried>,
     gains: Gains,
@@ -95,6 +96,7 @@ impl Touch {
             rates: Vec::new(),
             left_of_energy: Vec::new(),
             pushed: Vec::new(),
+            is_pushed: vec![false; model.particle_count()],
             carriers: Vec::new(),
             gains: Gains::default(),
             stops: vec![1.0; model.bodies.rest.len()],
@@ -349,20 +351,20 @@ impl Touch {
             }
         }
         // What was pushed has the velocity with which it goes.
-        self.pushed.clear();
-        self.pushed.extend(self.contact.rows.pushed());
-        self.pushed.extend(self.contact.rows.gripped());
-        self.pushed.sort_unstable();
-        self.pushed.dedup();
-        for &particle in &self.pushed {
+        for particle in self.contact.rows.pushed().chain(self.contact.rows.gripped()) {
+            if std::mem::replace(&mut self.is_pushed[particle], true) {
+                continue;
+            }
+            self.pushed.push(particle as u32);
             if let Some((unit, _)) = self.where_is.of(particle) {
                 let further = corrections.get(particle) * (1.0 / step - self.rates[unit]);
                 state.velocities.set(particle, state.velocities.get(particle) + further);
             }
         }
+        self.pushed.drain(..).for_each(|particle| self.is_pushed[particle as usize] = false);
         self.contact.calm(&mut state.velocities, stride.plan.length);
         self.contact.tell_carriers(&mut self.carriers);
-        let lying = Lying { model: stride.model, length: step, start: &self.contact.places.x, proposed: &self.proposed };
+        let lying = Lying { model: stride.model, length: step, start: &self.contact.places.x, proposed: &self.proposed, pool };
         if touches && self.contact.brings_apart().is_none() {
             let taken = self.gains.bound(stride, lying, &self.velocities, state, ends, &self.carriers);
             limited.lost_motion = limited.lost_motion.max(taken);

@@ -279,8 +279,6 @@ impl Unit {
     pub fn settle_touching(&mut self, state: &mut State, descent: &Descent, pool: &Pool) -> f64 {
         let left_of_energy = self.left_of_energy(descent, pool);
         self.remember(state, descent, left_of_energy);
-        let cycles = &mut state.calm[self.index].cycles;
-        *cycles = (*cycles).min(MOST_IF_TOUCHED);
         left_of_energy
     }
 
@@ -383,7 +381,9 @@ impl Unit {
         };
         let frame = frame.filter(|(_, left)| *left < ENERGY_IN_CONTACT).map(|(frame, _)| frame);
         let brake = frame.map_or(0.0, |frame| lying.brake_from_now(descent.brake, &self.cloth, state, ends, &frame));
-        state.calm[self.index].brake = brake;
+        let calm = &mut state.calm[self.index];
+        calm.brake = brake;
+        calm.cycles = calm.cycles.min(if carriers[self.index].is_on_bodies { MOST_ON_BODIES } else { MOST_IF_TOUCHED });
         if let Some(frame) = frame.filter(|_| brake > 0.0) {
             lying.brake(brake, &self.cloth, state, ends, &frame);
         }
