@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::met::{Meetings, Met};
 use super::proximity::Kind;
 use super::surfaces::{Owner, Surfaces, Thick};
 use super::tree::{Bounds, Leaf, Tree};
@@ -25,18 +26,8 @@ pub(crate) struct Candidate {
     pub may_ask: bool,
 }
 
-/// Two leaves that meet, and whose they are: a cloth, and a cloth or a body after all cloths. Instead of the second there may be something
-/// thick, by its number.
-#[derive(Debug, Clone, Copy)]
-struct Met {
-    trees: [u32; 2],
-    leaves: [u32; 2],
-    thick: Option<u32>,
-}
-
 /// Pairs of leaves that a thread looks at together.
 const PART: usize = 64;
-
 /// The first certificate of a step asks for a margin that is wider than its floors by this part of what the rows ask for more [1], so
 /// that those that follow repairs can ask about little.
 const TO_SPARE: f64 = 0.25;
@@ -62,8 +53,7 @@ pub(crate) struct Detection {
     /// The vertices that are asked about.
     asked: Vec<bool>,
     bounds: Vec<Bounds>,
-    stack: Vec<[u32; 2]>,
-    met: Vec<Met>,
+    met: Meetings,
     parts: Vec<Part>,
 }
 
@@ -98,8 +88,7 @@ impl Detection {
             ways: Ways::new(vertices),
             asked: vec![true; vertices],
             bounds: vec![Bounds::NOTHING; vertices],
-            stack: Vec::new(),
-            met: Vec::new(),
+            met: Meetings::default(),
             parts: Vec::new(),
         }
     }
@@ -184,7 +173,7 @@ impl Detection {
         pairs: &mut Vec<Candidate>,
         pool: &Pool,
     ) {
-        let Self { ways, asked, bounds, stack, met, parts, .. } = self;
+        let Self { ways, asked, bounds, met, parts, .. } = self;
         pairs.clear();
         // What each of two features is wide adds up to their margin.
         let half = |vertex: usize| (margin * surfaces.skins[surfaces.owners[vertex] as usize].thickness) as f32;
@@ -192,35 +181,9 @@ impl Detection {
         for tree in surfaces.cloths.iter_mut().chain(&mut surfaces.bodies) {
             tree.refit_nodes(bounds, asked, pool);
         }
-        let Surfaces { cloths, monotone, bodies, thick, skins, owners, among_cloths, .. } = &*surfaces;
-        let tree = |index: u32| match (index as usize).checked_sub(cloths.len()) {
-            None => &cloths[index as usize],
-            Some(body) => &bodies[body],
-        };
-        met.clear();
-        for index in 0..cloths.len() {
-            let others = if *among_cloths { index } else { cloths.len() }..cloths.len() + bodies.len();
-            for other in others {
-                let trees = [index as u32, other as u32];
-                let take = |one: &Leaf, two: &Leaf| {
-                    met.push(Met { trees, leaves: [one.index, two.index], thick: None });
-                };
-                if other > index {
-                    cloths[index].meet(tree(trees[1]), stack, take);
-                } else {
-                    cloths[index].meet_itself(stack, take);
-                }
-            }
-        }
-        for (index, tree) in (0..).zip(cloths) {
-            for (number, thick) in (0..).zip(thick) {
-                let radius = skins[thick.owner as usize].radius as f32;
-                let is_asked = thick.vertices.clone().any(|vertex| asked[vertex as usize]);
-                tree.within(&around(bounds, thick, radius), is_asked, |leaf| {
-                    met.push(Met { trees: [index; 2], leaves: [leaf.index; 2], thick: Some(number) });
-                });
-            }
-        }
+        let Surfaces { monotone, thick, skins, owners, .. } = &*surfaces;
+        met.find(surfaces, bounds, asked, pool);
+        let (met, tree) = (&met.list, |index: u32| surfaces.tree(index));
         let count = met.len().div_ceil(PART);
         if parts.len() < count {
             parts.resize_with(count, Part::default);
@@ -422,7 +385,7 @@ impl Found<'_> {
 }
 
 /// A box around what is thick.
-fn around(bounds: &[Bounds], thick: &Thick, radius: f32) -> Bounds {
+pub(super) fn around(bounds: &[Bounds], thick: &Thick, radius: f32) -> Bounds {
     thick.vertices.clone().fold(Bounds::NOTHING, |all, vertex| all.and(grown(bounds, vertex, radius)))
 }
 

@@ -11,6 +11,7 @@ mod certificate;
 mod charts;
 mod crossing;
 mod detect;
+mod met;
 mod monotone;
 mod pierce;
 mod proximity;
@@ -147,10 +148,9 @@ impl Contact {
         tangle.spare_sunk(surfaces, &mut detection.beside);
         rows.take_pairs(surfaces, places, detection, tangle.most().is_none(), pool);
         rows.take_planes(surfaces, places);
-        rows.take_thick(surfaces, places, detection);
+        rows.take_thick(surfaces, places, detection, pool);
         rows.take_asked(surfaces, tangle.asked());
-        rows.sort();
-        rows.arrange(places);
+        rows.sort(places);
         watch.times.detection += watch.now() - start;
     }
 

@@ -27,7 +27,7 @@ use super::proximity::Closest;
 use super::surfaces::Surfaces;
 use super::untangle::Asked;
 use super::{NEAR, Places, floor};
-use crate::geometry::{CHUNK, Pool, for_each_part, for_each_two_chunks};
+use crate::geometry::{CHUNK, Pool, for_each_chunk, for_each_part, for_each_two_chunks};
 use crate::model::{ClothRange, Model};
 use alone::Alone;
 use carriers::Told;
@@ -80,7 +80,7 @@ struct Row {
 }
 
 /// A row as the levels of one cloth see it: they may use up the room, and no more.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Obstacle {
     /// Particles of the cloth, counted from its first, and their parts; zero where there are fewer.
     pub nodes: [(u32, f32); 4],
@@ -105,8 +105,8 @@ pub(crate) struct Rows {
     /// Inverse masses of all vertices [1/kg].
     all_weights: Vec<f32>,
     particles: usize,
-    /// What parts of the pairs want.
-    parts: Vec<Vec<Wanted>>,
+    /// What parts of the pairs want; the ends are vertices there.
+    parts: Vec<Vec<Row>>,
     alone: Alone,
     lanes: Lanes,
     pinched: Pinched,
@@ -161,20 +161,28 @@ impl Rows {
 
     /// Makes rows of the pairs that are near, or come near along their normal; `all` says whether none of them is left out.
     pub fn take_pairs(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection, all: bool, pool: &Pool) {
-        let pairs = &detection.pairs;
+        self.take_each(&detection.pairs, surfaces, pool, |candidate| Wanted::of(surfaces, places, candidate, all));
+    }
+
+    /// Makes rows of what some things want.
+    fn take_each<T: Copy + Sync>(
+        &mut self,
+        things: &[T],
+        surfaces: &Surfaces,
+        pool: &Pool,
+        wanted: impl Fn(T) -> Option<Wanted> + Sync,
+    ) {
         let mut parts = std::mem::take(&mut self.parts);
-        let count = pairs.len().div_ceil(CHUNK);
+        let count = things.len().div_ceil(CHUNK);
         if parts.len() < count {
             parts.resize_with(count, Vec::new);
         }
-        for_each_part(&mut parts[..count], pairs.len(), pool, |index, part| {
+        for_each_part(&mut parts[..count], things.len(), pool, |index, part| {
             part.clear();
-            let pairs = pairs[index * CHUNK..].iter().take(CHUNK);
-            part.extend(pairs.filter_map(|&candidate| Wanted::of(surfaces, places, candidate, all)));
+            let things = things[index * CHUNK..].iter().take(CHUNK);
+            part.extend(things.filter_map(|&thing| Some(self.row(surfaces, &wanted(thing)?))));
         });
-        for wanted in parts[..count].iter().flatten() {
-            self.add(surfaces, wanted);
-        }
+        parts[..count].iter().flatten().for_each(|row| self.add(*row));
         self.parts = parts;
     }
 
@@ -185,8 +193,7 @@ impl Rows {
             let thickness = surfaces.thickness(owners);
             let (distance, target, carried) = (0.0, push, DVec3::ZERO);
             let wanted = Wanted { corners, parts, split, owners, normal, distance, thickness, target, carried };
-            self.add(surfaces, &wanted);
-            self.list.last_mut().into_iter().for_each(|row| row.friction = 0.0);
+            self.add(Row { friction: 0.0, ..self.row(surfaces, &wanted) });
         }
     }
 
@@ -213,46 +220,52 @@ impl Rows {
             let thickness = surfaces.thickness(owners) * if are_near { NEAR } else { 1.0 };
             let target = places.target(thickness, cut.distance);
             let carried = carried(surfaces, places, owners, normal);
-            self.add(surfaces, &Wanted { corners, parts, split, owners, normal, distance, thickness, target, carried });
+            let wanted = Wanted { corners, parts, split, owners, normal, distance, thickness, target, carried };
+            self.add(self.row(surfaces, &wanted));
         }
     }
 
-    fn add(&mut self, surfaces: &Surfaces, wanted: &Wanted) {
+    /// What is wanted, with vertices as its ends.
+    fn row(&self, surfaces: &Surfaces, wanted: &Wanted) -> Row {
         let Wanted { corners, parts, split, owners, normal, distance, thickness, target, carried } = *wanted;
         let floor = floor(surfaces.thickness(owners), distance.max(0.0));
-        let (mut key, mut ends, mut singles) = ([[NONE; 3]; 2], [0; 4], [0.0; 4]);
+        let mut key = [[NONE; 3]; 2];
         let mut counts = [0; 2];
-        for end in 0..4 {
-            if parts[end] == 0.0 {
-                continue;
-            }
+        for end in (0..4).filter(|&end| parts[end] != 0.0) {
             let side = usize::from(end >= split);
             key[side][counts[side]] = corners[end];
             counts[side] += 1;
-            singles[end] = parts[end] as f32;
-            ends[end] = self.local(corners[end]);
         }
         key.iter_mut().for_each(|side| side.sort_unstable());
         key.sort_unstable();
-        let row = Row {
+        let parts = parts.map(|part| part as f32);
+        Row {
             key,
-            ends,
-            parts: singles,
+            ends: corners,
+            parts,
             normal: normal.as_vec3(),
             gap: (distance - target) as f32,
             slack: (GOOD * (target - floor)) as f32,
             distance: distance as f32,
             thickness: thickness as f32,
             floor: floor as f32,
-            give: self.give(ends, singles),
+            give: 0.0,
             friction: surfaces.friction(owners) as f32,
             push: 0.0,
             hold: Vec3::ZERO,
             grips: 0.0,
             before: (0.0, Vec3::ZERO),
             cloth: surfaces.cloth_of(owners).unwrap_or(NONE),
-            carried: carried.as_vec3() + self.crept.along(corners, singles, normal.as_vec3()),
-        };
+            carried: carried.as_vec3() + self.crept.along(corners, parts, normal.as_vec3()),
+        }
+    }
+
+    /// Adds a row whose ends are vertices.
+    fn add(&mut self, mut row: Row) {
+        for (end, part) in row.ends.iter_mut().zip(row.parts) {
+            *end = if part == 0.0 { 0 } else { self.local(*end) };
+        }
+        row.give = self.give(row.ends, row.parts);
         self.list.push(row);
     }
 
@@ -322,23 +335,37 @@ impl Rows {
     }
 
     /// The rows as a cloth sees them.
-    pub fn obstacles(&self, cloth: &ClothRange, list: &mut Vec<Obstacle>) {
-        list.clear();
+    pub fn obstacles(&self, cloth: &ClothRange, list: &mut Vec<Obstacle>, pool: &Pool) {
         let own = cloth.particles();
-        for ((number, row), (gap, push)) in (0..).zip(&self.list).zip(self.gaps_and_pushes()) {
-            let mut nodes = [(0, 0.0); 4];
-            let mut any = false;
-            for (node, (&end, &part)) in nodes.iter_mut().zip(row.ends.iter().zip(&row.parts)) {
-                let vertex = self.vertices[end as usize] as usize;
-                if part != 0.0 && own.contains(&vertex) {
-                    *node = ((vertex - own.start) as u32, part);
-                    any = true;
+        let is_own = |end: &u32| own.contains(&(self.vertices[*end as usize] as usize));
+        list.clear();
+        let theirs =
+            (0..).zip(&self.list).filter(|(_, row)| row.ends.iter().zip(row.parts).any(|(end, part)| part != 0.0 && is_own(end)));
+        list.extend(theirs.map(|(row, _)| Obstacle { row, ..Obstacle::default() }));
+        for_each_chunk(list, pool, |_, list| {
+            for Obstacle { nodes, normal, room, row, push } in list {
+                let number = *row as usize;
+                let row = &self.list[number];
+                for (node, (end, &part)) in nodes.iter_mut().zip(row.ends.iter().zip(&row.parts)) {
+                    if part != 0.0 && is_own(end) {
+                        *node = ((self.vertices[*end as usize] as usize - own.start) as u32, part);
+                    }
                 }
+                *normal = row.normal;
+                let (gap, pushed) = self.gap_and_push(number);
+                (*room, *push) = (gap.max(0.0), pushed.max(0.0));
             }
-            if any {
-                list.push(Obstacle { nodes, normal: row.normal, room: gap.max(0.0), row: number, push: push.max(0.0) });
+        });
+    }
+
+    /// Brings their room and what they have pushed up to date.
+    pub fn renew(&self, list: &mut [Obstacle], pool: &Pool) {
+        for_each_chunk(list, pool, |_, list| {
+            for Obstacle { room, row, push, .. } in list {
+                let (gap, pushed) = self.gap_and_push(*row as usize);
+                (*room, *push) = (gap.max(0.0), pushed.max(0.0));
             }
-        }
+        });
     }
 
     /// Takes what coarse levels of a cloth have leant on a row [kg m]: it bears that as well. Of two cloths it goes unseen: the other one would

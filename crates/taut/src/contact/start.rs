@@ -211,7 +211,7 @@ impl Search<'_> {
 
     /// A surface and itself.
     fn within(&mut self, cloth: usize, tree: &Tree) {
-        tree.meet_itself(&mut Vec::new(), |one, two| {
+        tree.meet_itself(|one, two| {
             self.leaves([tree, tree], [one, two], cloth, Other::Cloth(cloth));
             if one.index != two.index {
                 self.leaves([tree, tree], [two, one], cloth, Other::Cloth(cloth));
@@ -222,7 +222,7 @@ impl Search<'_> {
 
     /// A cloth, and another surface.
     fn between(&mut self, [a, b]: [&Tree; 2], cloth: usize, other: Other) {
-        a.meet(b, &mut Vec::new(), |one, two| {
+        a.meet(b, |one, two| {
             self.leaves([a, b], [one, two], cloth, other);
             self.leaves([b, a], [two, one], cloth, other);
             self.links([a, b], [one, two], cloth, other);

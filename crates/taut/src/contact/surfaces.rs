@@ -153,6 +153,14 @@ impl Surfaces {
         self.owners.len()
     }
 
+    /// The tree of a cloth, or of a body after all cloths.
+    pub fn tree(&self, owner: Owner) -> &Tree {
+        match (owner as usize).checked_sub(self.cloths.len()) {
+            None => &self.cloths[owner as usize],
+            Some(body) => &self.bodies[body],
+        }
+    }
+
     /// Whose the two features of a pair are.
     pub fn owners_of(&self, Pair { kind, corners }: Pair) -> [Owner; 2] {
         [corners[0], corners[kind.split()]].map(|corner| self.owners[corner as usize])

@@ -221,15 +221,57 @@ impl Tree {
         self.fits = fits;
     }
 
-    /// Calls `visit` with the leaves of this tree and another that meet. `stack` is workspace.
-    pub fn meet(&self, other: &Self, stack: &mut Vec<[u32; 2]>, mut visit: impl FnMut(&Leaf, &Leaf)) {
-        if self.nodes.is_empty() || other.nodes.is_empty() {
+    /// Calls `visit` with the leaves of this tree and another that meet.
+    pub fn meet(&self, other: &Self, visit: impl FnMut(&Leaf, &Leaf)) {
+        if !self.nodes.is_empty() && !other.nodes.is_empty() {
+            self.meet_from(Some(other), &mut vec![[0, 0]], visit);
+        }
+    }
+
+    /// Calls `visit` with the pairs of leaves of this tree that meet, each with itself, too.
+    pub fn meet_itself(&self, visit: impl FnMut(&Leaf, &Leaf)) {
+        if !self.nodes.is_empty() {
+            self.meet_from(None, &mut vec![[0, 0]], visit);
+        }
+    }
+
+    /// The same of the pairs of nodes on a stack, of this tree and another or of this one alone.
+    pub fn meet_from(&self, other: Option<&Self>, stack: &mut Vec<[u32; 2]>, mut visit: impl FnMut(&Leaf, &Leaf)) {
+        while let Some(pair) = stack.pop() {
+            self.follow(other, pair, stack, &mut visit);
+        }
+    }
+
+    /// Pairs of nodes below which all is that meets, about so many if there are as many.
+    pub fn fronts(&self, other: Option<&Self>, count: usize, fronts: &mut Vec<[u32; 2]>) {
+        fronts.clear();
+        if self.nodes.is_empty() || other.is_some_and(|other| other.nodes.is_empty()) {
             return;
         }
-        stack.clear();
-        stack.push([0, 0]);
-        while let Some(pair) = stack.pop() {
-            self.descend(other, pair, stack, &mut visit);
+        fronts.push([0, 0]);
+        let mut next = 0;
+        // What is followed is replaced by what is below it; leaves stay.
+        while next < fronts.len() && fronts.len() < count {
+            let pair = fronts[next];
+            let mut are_leaves = false;
+            self.follow(other, pair, fronts, &mut |_, _| are_leaves = true);
+            if are_leaves {
+                next += 1;
+            } else {
+                fronts.swap_remove(next);
+            }
+        }
+    }
+
+    fn follow(&self, other: Option<&Self>, [a, b]: [u32; 2], stack: &mut Vec<[u32; 2]>, visit: &mut impl FnMut(&Leaf, &Leaf)) {
+        if a != b || other.is_some() {
+            return self.descend(other.unwrap_or(self), [a, b], stack, visit);
+        }
+        let node = &self.nodes[a as usize];
+        match node.leaf() {
+            _ if !node.asked => {}
+            Some(leaf) => visit(&self.leaves[leaf], &self.leaves[leaf]),
+            None => stack.extend([[a + 1, node.second], [node.second, node.second], [a + 1, a + 1]]),
         }
     }
 
@@ -244,24 +286,6 @@ impl Tree {
             (None, Some(_)) => stack.extend([[one.second, b], [a + 1, b]]),
             (Some(_), None) => stack.extend([[a, two.second], [a, b + 1]]),
             (None, None) => stack.extend([[one.second, two.second], [one.second, b + 1], [a + 1, two.second], [a + 1, b + 1]]),
-        }
-    }
-
-    /// Calls `visit` with the pairs of leaves of this tree that meet, each with itself, too.
-    pub fn meet_itself(&self, stack: &mut Vec<[u32; 2]>, mut visit: impl FnMut(&Leaf, &Leaf)) {
-        if self.nodes.is_empty() {
-            return;
-        }
-        stack.clear();
-        stack.push([0, 0]);
-        while let Some([a, b]) = stack.pop() {
-            let node = &self.nodes[a as usize];
-            match node.leaf() {
-                _ if a != b => self.descend(self, [a, b], stack, &mut visit),
-                _ if !node.asked => {}
-                Some(leaf) => visit(&self.leaves[leaf], &self.leaves[leaf]),
-                None => stack.extend([[a + 1, node.second], [node.second, node.second], [a + 1, a + 1]]),
-            }
         }
     }
 

@@ -12,38 +12,45 @@ pub(super) struct Alone {
     /// Of each vertex in the workspace: in how many rows it is, and its number from now on.
     counts: Vec<u32>,
     numbers: Vec<u32>,
-    /// What is put in order.
+    /// What is put in order, and the first corners of rows with their numbers.
     rows: Vec<Row>,
+    order: Vec<([u32; 2], u32)>,
     vertices: Vec<u32>,
 }
 
 impl Rows {
-    /// Puts rows in an order that does not depend on how they were found, and leaves one of those that are alike.
-    pub fn sort(&mut self) {
+    /// Puts rows in an order that does not depend on how they were found, and leaves one of those that are alike; and arranges them.
+    pub fn sort(&mut self, places: &Places) {
         let Self { list, alone, .. } = self;
-        let Alone { numbers: order, rows, .. } = alone;
-        order.clear();
-        order.extend(0..list.len() as u32);
+        let mut order = std::mem::take(&mut alone.order);
         let row = |index: u32| &list[index as usize];
-        order.sort_unstable_by(|&a, &b| row(a).key.cmp(&row(b).key).then(row(a).gap.total_cmp(&row(b).gap)).then(a.cmp(&b)));
-        order.dedup_by(|a, b| row(*a).key == row(*b).key);
-        rows.clear();
-        rows.extend(order.iter().map(|&index| row(index)));
-        std::mem::swap(list, rows);
+        order.clear();
+        // The first corners tell nearly all rows apart.
+        order.extend((0..).zip(&*list).map(|(index, row)| ([row.key[0][0], row.key[1][0]], index)));
+        order.sort_unstable_by(|&(first, a), &(other, b)| {
+            let (one, two) = (row(a), row(b));
+            first.cmp(&other).then_with(|| one.key.cmp(&two.key).then(one.gap.total_cmp(&two.gap)).then(a.cmp(&b)))
+        });
+        order.dedup_by(|(_, a), (_, b)| row(*a).key == row(*b).key);
+        self.put_first(order.iter().map(|(_, row)| *row));
+        self.alone.order = order;
+        self.load_bodies(places);
     }
 
     /// Puts those that are alone first, all others in the order that they have; and gives bodies their displacements in this step.
     pub fn arrange(&mut self, places: &Places) {
-        self.put_first();
+        self.put_first(0..self.list.len() as u32);
         self.load_bodies(places);
     }
 
-    fn put_first(&mut self) {
+    /// Puts rows in such an order, but those that are alone first.
+    fn put_first(&mut self, of: impl Iterator<Item = u32> + Clone) {
         let Self { list, vertices, locals, weights, alone, .. } = self;
-        let Alone { count, counts, numbers, rows, vertices: order } = alone;
+        let Alone { count, counts, numbers, rows, vertices: order, .. } = alone;
+        let of = of.map(|row| &list[row as usize]);
         counts.clear();
         counts.resize(vertices.len(), 0);
-        list.iter().flat_map(Row::locals).for_each(|local| counts[local] += 1);
+        of.clone().flat_map(Row::locals).for_each(|local| counts[local] += 1);
         // Its only particle, if that is in no other row. Particles that are held go their own ways, which are not known yet.
         let own = |row: &Row| {
             let mut particles = row.locals().filter(|&local| (vertices[local] as usize) < self.particles);
@@ -54,7 +61,7 @@ impl Rows {
         numbers.resize(vertices.len(), NONE);
         order.clear();
         rows.clear();
-        for row in list.iter() {
+        for row in of.clone() {
             if let Some(local) = own(row) {
                 numbers[local] = order.len() as u32;
                 order.push(vertices[local]);
@@ -62,7 +69,7 @@ impl Rows {
             }
         }
         *count = rows.len();
-        rows.extend(list.iter().filter(|row| own(row).is_none()));
+        rows.extend(of.filter(|row| own(row).is_none()));
         for (number, &vertex) in numbers.iter_mut().zip(&*vertices).filter(|(number, _)| **number == NONE) {
             *number = order.len() as u32;
             order.push(vertex);

@@ -7,7 +7,7 @@
 use glam::{BVec4A, Vec3, Vec4};
 use pulp::{Simd, WithSimd};
 
-use super::Rows;
+use super::{Row, Rows};
 use crate::geometry::{Pool, arch, by_axis, by_vector, for_each_of_both, roots};
 
 /// Rows that are looked at together.
@@ -47,39 +47,25 @@ struct Before {
 
 impl Rows {
     /// Takes the rows that are alone. From now on what they push and hold stands there, until [`Rows::unpack`].
-    pub fn pack(&mut self) {
+    pub fn pack(&mut self, pool: &Pool) {
         let Self { list, d, weights, alone, lanes: Lanes { rows, before }, .. } = self;
+        let list = &list[..alone.count];
         rows.clear();
+        rows.resize(list.len().div_ceil(LANES), Four::default());
         before.clear();
-        for (index, four) in list[..alone.count].chunks(LANES).enumerate() {
-            let (mut packed, mut then) = (Four::default(), Before::default());
-            for (lane, row) in four.iter().enumerate() {
-                let own = LANES * index + lane;
-                let (mut part, mut moved) = (0.0, Vec3::ZERO);
-                for end in 0..4 {
-                    match row.ends[end] as usize {
-                        local if local == own => part += row.parts[end],
-                        local => moved += d[local] * row.parts[end],
-                    }
+        before.resize(rows.len(), Before::default());
+        for_each_of_both(rows, before, 1, pool, |first, rows, before| {
+            let fours = list[LANES * first..].chunks(LANES).enumerate();
+            for ((index, four), (packed, then)) in fours.zip(rows.iter_mut().zip(before)) {
+                for (lane, row) in four.iter().enumerate() {
+                    let own = LANES * (first + index) + lane;
+                    packed.put(lane, row, own, d, weights[own]);
+                    then.push[lane] = row.before.0;
+                    put(&mut then.hold, lane, row.before.1);
+                    then.cloths[lane] = row.cloth;
                 }
-                let along = row.normal.dot(moved);
-                put(&mut packed.normal, lane, row.normal);
-                packed.gap[lane] = row.gap + along;
-                put(&mut packed.carried, lane, moved - row.normal * along + row.carried);
-                packed.slack[lane] = row.slack;
-                packed.give[lane] = row.give;
-                packed.friction[lane] = row.friction;
-                packed.part[lane] = part;
-                packed.weight[lane] = part * weights[own];
-                packed.push[lane] = row.push;
-                put(&mut packed.hold, lane, row.hold);
-                then.push[lane] = row.before.0;
-                put(&mut then.hold, lane, row.before.1);
-                then.cloths[lane] = row.cloth;
             }
-            rows.push(packed);
-            before.push(then);
-        }
+        });
     }
 
     /// Gives rows back what they push and hold.
@@ -132,12 +118,16 @@ impl Rows {
         }
     }
 
-    /// The distance of each row beyond its target now [m], and what it has pushed so far [kg m].
-    pub(super) fn gaps_and_pushes(&self) -> impl Iterator<Item = (f32, f32)> {
-        let (first, others) = self.list.split_at(self.alone.count);
-        let lanes = self.lanes.rows.iter().zip(self.d.chunks(LANES)).map(|(row, d)| (row.gaps(take(d)), row.push));
-        let alone = lanes.flat_map(|(gap, push)| (0..LANES).map(move |lane| (gap[lane], push[lane])));
-        alone.take(first.len()).chain(others.iter().map(|row| (self.gap(row), row.push)))
+    /// The distance of a row beyond its target now [m], and what it has pushed so far [kg m].
+    pub(super) fn gap_and_push(&self, row: usize) -> (f32, f32) {
+        if row >= self.alone.count {
+            let row = &self.list[row];
+            return (self.gap(row), row.push);
+        }
+        let (four, lane) = (&self.lanes.rows[row / LANES], row % LANES);
+        let d = self.d[row];
+        let along = four.normal[0][lane] * d.x + four.normal[1][lane] * d.y + four.normal[2][lane] * d.z;
+        (four.gap[lane] + along * four.part[lane], four.push[lane])
     }
 
     /// Calls `visit` with the numbers of rows that are not kept, as long as these are at most so many. Returns whether they are.
@@ -202,6 +192,28 @@ struct Answer {
 }
 
 impl Four {
+    /// Puts a row in a lane, the one of the vertex `own` in the workspace, with what bodies do, and what an impulse gives that [1/kg].
+    fn put(&mut self, lane: usize, row: &Row, own: usize, d: &[Vec3], weight: f32) {
+        let (mut part, mut moved) = (0.0, Vec3::ZERO);
+        for end in 0..4 {
+            match row.ends[end] as usize {
+                local if local == own => part += row.parts[end],
+                local => moved += d[local] * row.parts[end],
+            }
+        }
+        let along = row.normal.dot(moved);
+        put(&mut self.normal, lane, row.normal);
+        put(&mut self.carried, lane, moved - row.normal * along + row.carried);
+        put(&mut self.hold, lane, row.hold);
+        self.gap[lane] = row.gap + along;
+        self.slack[lane] = row.slack;
+        self.give[lane] = row.give;
+        self.friction[lane] = row.friction;
+        self.part[lane] = part;
+        self.weight[lane] = part * weight;
+        self.push[lane] = row.push;
+    }
+
     /// The distance beyond the target with such displacements of the vertices [m].
     #[inline(always)]
     fn gaps(&self, d: [Vec4; 3]) -> Vec4 {

@@ -12,6 +12,7 @@ use super::super::surfaces::{HalfSpace, Surfaces, Thick};
 use super::super::{MARGIN, Places};
 use super::Rows;
 use super::wanted::{Wanted, carried};
+use crate::geometry::Pool;
 
 /// What triangles and edges may cut off below their corners, as a part of the thickness [1].
 const SAG: f64 = 0.1;
@@ -29,14 +30,16 @@ impl Rows {
                     normal,
                     distances: [at(&places.x), at(&places.ends)],
                 };
-                self.add_single(surfaces, places, single);
+                if let Some(wanted) = single.wanted(surfaces, places) {
+                    self.add(self.row(surfaces, &wanted));
+                }
             }
         }
     }
 
     /// The same of vertices beside spheres and capsules.
-    pub fn take_thick(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection) {
-        for &(particle, number) in &detection.beside {
+    pub fn take_thick(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection, pool: &Pool) {
+        self.take_each(&detection.beside, surfaces, pool, |(particle, number)| {
             let Thick { owner, vertices } = &surfaces.thick[number as usize];
             let corners = [particle, vertices.start, vertices.end - 1];
             let [p, a, b] = corners.map(|corner| places.x[corner as usize]);
@@ -46,34 +49,12 @@ impl Rows {
             let parts = [1.0, part - 1.0, -part];
             let way = (p - a) - axis * part;
             // In the very middle no way leads out.
-            let Some(normal) = way.try_normalize() else { continue };
+            let normal = way.try_normalize()?;
             let radius = surfaces.skins[*owner as usize].radius;
             let end: DVec3 = corners.iter().zip(parts).map(|(&corner, part)| places.ends[corner as usize] * part).sum();
             let distances = [normal.dot(way) - radius, normal.dot(end) - radius];
-            self.add_single(surfaces, places, Single { corners, parts, owner: *owner, normal, distances });
-        }
-    }
-
-    fn add_single(&mut self, surfaces: &Surfaces, places: &Places, single: Single) {
-        let Single { corners: [particle, first, last], parts: [own, one, other], owner, normal, distances: [distance, then] } =
-            single;
-        let owners = [surfaces.owners[particle as usize], owner];
-        let thickness = surfaces.thickness(owners);
-        if distance.min(then) > MARGIN * thickness {
-            return;
-        }
-        let wanted = Wanted {
-            corners: [particle, first, last, last],
-            parts: [own, one, other, 0.0],
-            split: 1,
-            owners,
-            normal,
-            distance,
-            thickness,
-            target: places.target(thickness, distance),
-            carried: carried(surfaces, places, owners, normal),
-        };
-        self.add(surfaces, &wanted);
+            Single { corners, parts, owner: *owner, normal, distances }.wanted(surfaces, places)
+        });
     }
 }
 
@@ -86,6 +67,27 @@ struct Single {
     normal: DVec3,
     /// At the start of the step and at its end, along the normal [m].
     distances: [f64; 2],
+}
+
+impl Single {
+    /// What it asks for, if it is near or comes near.
+    fn wanted(self, surfaces: &Surfaces, places: &Places) -> Option<Wanted> {
+        let Self { corners: [particle, first, last], parts: [own, one, other], owner, normal, distances: [distance, then] } =
+            self;
+        let owners = [surfaces.owners[particle as usize], owner];
+        let thickness = surfaces.thickness(owners);
+        (distance.min(then) <= MARGIN * thickness).then(|| Wanted {
+            corners: [particle, first, last, last],
+            parts: [own, one, other, 0.0],
+            split: 1,
+            owners,
+            normal,
+            distance,
+            thickness,
+            target: places.target(thickness, distance),
+            carried: carried(surfaces, places, owners, normal),
+        })
+    }
 }
 
 /// Whether vertices stand for a triangle or an edge of theirs beside something round: a chord of length e between two places outside of a

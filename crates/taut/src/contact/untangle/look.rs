@@ -14,10 +14,9 @@ impl Tangle {
     /// Finds all edges that pass through a triangle which shares no vertex with them.
     pub(super) fn find_crossings(&mut self, surfaces: &Surfaces, x: &[DVec3]) {
         let found = &mut self.crossings;
-        let mut stack = Vec::new();
         for (index, one) in surfaces.cloths.iter().enumerate() {
             if surfaces.among_cloths {
-                one.meet_itself(&mut stack, |a, b| {
+                one.meet_itself(|a, b| {
                     leaves(surfaces, [one, one], [a, b], x, found);
                     if a.triangles != b.triangles {
                         leaves(surfaces, [one, one], [b, a], x, found);
@@ -26,7 +25,7 @@ impl Tangle {
             }
             let others = surfaces.cloths[index + 1..].iter().filter(|_| surfaces.among_cloths);
             for other in others.chain(&surfaces.bodies) {
-                one.meet(other, &mut stack, |a, b| {
+                one.meet(other, |a, b| {
                     leaves(surfaces, [one, other], [a, b], x, found);
                     leaves(surfaces, [other, one], [b, a], x, found);
                 });

@@ -254,7 +254,7 @@ impl Touch {
             }
             return;
         }
-        rows.pack();
+        rows.pack(pool);
         self.go_round(units, model, rounds, pool);
         self.contact.rows.unpack();
     }
@@ -291,7 +291,7 @@ impl Touch {
                 } else {
                     rows.give_in()
                 }
-                rows.pack();
+                rows.pack(pool);
             }
             // Single springs and rows agree among themselves before coarse levels join in.
             where_is.sweep(rows, units, pool);
@@ -302,7 +302,11 @@ impl Touch {
             where_is.sweep(rows, units, pool);
             if round % RENEWED == 0 {
                 for (unit, obstacles) in units.iter_mut().zip(obstacles.iter_mut()) {
-                    rows.obstacles(unit.cloth(), obstacles);
+                    if round == 0 {
+                        rows.obstacles(unit.cloth(), obstacles, pool);
+                    } else {
+                        rows.renew(obstacles, pool);
+                    }
                     unit.levels_mut().obstruct(obstacles, round == 0, pool);
                 }
             }
