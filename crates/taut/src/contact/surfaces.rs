@@ -62,6 +62,10 @@ pub(crate) struct Surfaces {
     /// Vertices joined to each by an edge or a link, and those so near that they cannot keep the thickness, in rising order.
     pub ring: Adjacency<u32>,
     pub near: Adjacency<u32>,
+    /// Where vertices are at rest [m], and of each owner the square of how far those that are so near may be apart there, at most [m^2]:
+    /// most pairs need no look at the list.
+    rest: Vec<Vec3>,
+    reaches: Vec<f32>,
     /// 1/mass of each vertex [1/kg]; zero for what is held and for bodies.
     pub weights: Vec<f32>,
     /// The number of particles.
@@ -130,6 +134,13 @@ impl Surfaces {
             near.into_iter().map(move |other| (vertex, other))
         };
         let near = sorted(all, (0..all as u32).flat_map(near_of).collect());
+        let rest: Vec<Vec3> = (0..all as u32).map(place).collect();
+        let mut reaches = vec![0.0_f32; skins.len()];
+        for vertex in 0..all {
+            let reach = &mut reaches[owners[vertex] as usize];
+            *reach =
+                near.of(vertex).iter().map(|&other| rest[vertex].distance_squared(rest[other as usize])).fold(*reach, f32::max);
+        }
         let mut weights = model.particles.inverse_mass.clone();
         weights.resize(all, 0.0);
         Some(Self {
@@ -143,6 +154,8 @@ impl Surfaces {
             owners,
             ring,
             near,
+            rest,
+            reaches,
             weights,
             particles,
         })
@@ -205,7 +218,9 @@ impl Surfaces {
 
     /// Whether one vertex is so near another, within its cloth, that they cannot keep the thickness.
     pub fn are_near(&self, a: u32, b: u32) -> bool {
-        self.near.of(a as usize).binary_search(&b).is_ok()
+        let is_in_reach =
+            self.rest[a as usize].distance_squared(self.rest[b as usize]) <= self.reaches[self.owners[a as usize] as usize];
+        is_in_reach && self.near.of(a as usize).binary_search(&b).is_ok()
     }
 }
 
