@@ -243,7 +243,8 @@ fn folded() -> MeshData {
 #[test]
 fn cloth_that_crosses_itself_comes_apart() {
     let mut run = simulation(json!({ "gravity": NO_WEIGHT }), &[(json!({}), folded())], 1);
-    let frames = comes_apart(&mut run, 90, 2.0, |_| false);
+    // How long that takes is chance: 16 folds that differ in their depth took 21 to 136 frames.
+    let frames = comes_apart(&mut run, 150, 2.0, |_| false);
     println!("itself: {frames} frames");
 }
 

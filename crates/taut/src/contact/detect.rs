@@ -28,6 +28,7 @@ pub(crate) struct Candidate {
 
 /// Pairs of leaves that a thread looks at together.
 const PART: usize = 64;
+
 /// The first certificate of a step asks for a margin that is wider than its floors by this part of what the rows ask for more [1], so
 /// that those that follow repairs can ask about little.
 const TO_SPARE: f64 = 0.25;

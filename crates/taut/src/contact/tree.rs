@@ -344,3 +344,53 @@ impl<const N: usize, const E: usize> Splitter<N, E> {
         tree.nodes[index].leaves[1] = tree.leaves.len() as u32;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// A crumpled sheet of so many cells along each side, from such a height on, with its boxes fitted.
+    fn crumpled(cells: u32, height: f32, seed: u32) -> Tree {
+        let across = cells + 1;
+        let random = |seed: u32| (seed as f32 * 0.618_034).fract() - 0.5;
+        let place =
+            |vertex: u32| Vec3::new((vertex % across) as f32, (vertex / across) as f32, height + 3.0 * random(vertex + seed));
+        let corners = (0..cells * cells).flat_map(|cell| {
+            let a = cell / cells * across + cell % cells;
+            [[a, a + 1, a + across], [a + 1, a + across + 1, a + across]]
+        });
+        let mut tree = Tree::new(&corners.collect::<Vec<_>>(), place);
+        let around = |vertex: u32| Bounds::around([place(vertex).into(); 2], [0.2; 2]);
+        let bounds: Vec<Bounds> = (0..across * across).map(around).collect();
+        tree.refit_nodes(&bounds, &vec![true; bounds.len()], &Pool::new(1));
+        tree
+    }
+
+    proptest! {
+        /// What lies below all fronts is all that meets, and each pair once, however many fronts there are.
+        #[test]
+        fn fronts_share_out_what_meets(cells in 1_u32..14, seed in 0_u32..100, height in 0.0_f32..3.0, count in 1_usize..200) {
+            let [one, two] = [crumpled(cells, 0.0, seed), crumpled(cells, height, seed + 7)];
+            for other in [None, Some(&two)] {
+                let mut expected = BTreeSet::new();
+                let mut take = |a: &Leaf, b: &Leaf| assert!(expected.insert([a.index, b.index]), "found once");
+                match other {
+                    Some(other) => one.meet(other, &mut take),
+                    None => one.meet_itself(&mut take),
+                }
+                let (mut fronts, mut found, mut times) = (Vec::new(), BTreeSet::new(), 0);
+                one.fronts(other, count, &mut fronts);
+                for front in fronts {
+                    one.meet_from(other, &mut vec![front], |a, b| {
+                        found.insert([a.index, b.index]);
+                        times += 1;
+                    });
+                }
+                prop_assert_eq!(times, found.len());
+                prop_assert_eq!(found, expected);
+            }
+        }
+    }
+}

@@ -295,3 +295,76 @@ fn at(by_axis: &[Vec4; 3], lane: usize) -> Vec3 {
 fn put(by_axis: &mut [Vec4; 3], lane: usize, vector: Vec3) {
     (0..3).for_each(|axis| by_axis[axis][lane] = vector[axis]);
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::NONE;
+    use super::*;
+
+    prop_compose! {
+        /// A row of the vertex 0 and another one, with their displacements [m] and the inverse mass of the first [1/kg].
+        fn row()(
+            normal in prop::array::uniform3(-1.0_f32..1.0),
+            d in prop::array::uniform2(prop::array::uniform3(-0.01_f32..0.01)),
+            hold in prop::array::uniform3(-1e-3_f32..1e-3),
+            carried in prop::array::uniform3(-1e-3_f32..1e-3),
+            gap in -0.01_f32..0.01,
+            friction in 0.0_f32..1.0,
+            push in 0.0_f32..0.01,
+            weight in 0.1_f32..10.0,
+            sign in prop::sample::select(vec![-1.0_f32, 1.0]),
+        ) -> (Row, [Vec3; 2], f32) {
+            let row = Row {
+                key: [[NONE; 3]; 2],
+                ends: [0, 1, 1, 1],
+                parts: [sign, -sign, 0.0, 0.0],
+                normal: Vec3::from(normal).normalize_or(Vec3::X),
+                gap,
+                slack: 1e-3,
+                distance: 0.0,
+                thickness: 0.0,
+                floor: 0.0,
+                give: 1.0 / weight,
+                friction,
+                push,
+                hold: Vec3::from(hold),
+                grips: 0.0,
+                before: (0.0, Vec3::ZERO),
+                cloth: 0,
+                carried: Vec3::from(carried),
+            };
+            (row, d.map(Vec3::from), weight)
+        }
+    }
+
+    proptest! {
+        /// Four rows together answer as each does by itself, in any lane; where there are fewer the others do nothing.
+        #[test]
+        fn rows_answer_together_as_each_does_alone(rows in prop::collection::vec(row(), 1..=LANES)) {
+            let mut four = Four::default();
+            let mut d = Vec::new();
+            for (lane, (row, ways, weight)) in rows.iter().enumerate() {
+                four.put(lane, row, 0, ways, *weight);
+                d.push(ways[0]);
+            }
+            let unkept = four.unkept(take(&d)).bitmask();
+            let is_apart = four.is_apart(take(&d));
+            Sweep { rows: std::slice::from_mut(&mut four), d: &mut d }.with_simd(pulp::Scalar::new());
+            let mut any = false;
+            for (lane, (row, ways, weight)) in rows.iter().enumerate() {
+                let (mut alone, mut then) = (*row, *ways);
+                alone.project(&mut then, &[*weight, 0.0], |_, _| ());
+                prop_assert!((four.push[lane] - alone.push).abs() < 1e-6, "{} and {}", four.push[lane], alone.push);
+                prop_assert!((at(&four.hold, lane) - alone.hold).length() < 1e-6);
+                prop_assert!((d[lane] - then[0]).length() < 1e-6, "{} and {}", d[lane], then[0]);
+                let gap = row.gap + row.normal.dot((ways[0] - ways[1]) * row.parts[0]);
+                prop_assert!((gap + row.slack).abs() < 1e-6 || (unkept >> lane & 1 == 1) == (gap < -row.slack));
+                any |= then[0] != ways[0];
+            }
+            prop_assert!(unkept >> rows.len() == 0);
+            prop_assert!(!is_apart || !any);
+        }
+    }
+}
