@@ -263,6 +263,7 @@ impl Tree {
         }
     }
 
+    /// Visits two nodes, of this tree and another or of this one alone: leaves that meet, or what is below them on the stack.
     fn follow(&self, other: Option<&Self>, [a, b]: [u32; 2], stack: &mut Vec<[u32; 2]>, visit: &mut impl FnMut(&Leaf, &Leaf)) {
         if a != b || other.is_some() {
             return self.descend(other.unwrap_or(self), [a, b], stack, visit);

@@ -133,29 +133,22 @@ impl Rows {
     /// Calls `visit` with the numbers of rows that are not kept, as long as these are at most so many. Returns whether they are.
     pub(super) fn unkept_rows(&self, most: usize, mut visit: impl FnMut(usize)) -> bool {
         let mut left = most;
+        let mut take_one = |row: usize| match left.checked_sub(1) {
+            Some(fewer) => {
+                left = fewer;
+                visit(row);
+                true
+            }
+            None => false,
+        };
         for (index, (row, d)) in self.lanes.rows.iter().zip(self.d.chunks(LANES)).enumerate() {
             let unkept = row.unkept(take(d)).bitmask();
-            if unkept == 0 {
-                continue;
-            }
-            for lane in (0..LANES).filter(|lane| unkept >> lane & 1 == 1) {
-                if left == 0 {
-                    return false;
-                }
-                left -= 1;
-                visit(LANES * index + lane);
+            if unkept != 0 && !(0..LANES).all(|lane| unkept >> lane & 1 == 0 || take_one(LANES * index + lane)) {
+                return false;
             }
         }
-        for (index, row) in self.list.iter().enumerate().skip(self.alone.count) {
-            if !self.is_kept(row) {
-                if left == 0 {
-                    return false;
-                }
-                left -= 1;
-                visit(index);
-            }
-        }
-        true
+        let mut others = (self.alone.count..).zip(&self.list[self.alone.count..]);
+        others.all(|(index, row)| self.is_kept(row) || take_one(index))
     }
 
     /// Projects a row if it is not kept. Tells which vertices that moves, and how far [m].
