@@ -16,6 +16,9 @@ const NEARER: f64 = 0.25;
 /// at once, are no such points, and of what is joined by few edges the triangle beside may have the point as a corner. Where
 /// things intersect it may be one that brings them apart instead.
 const OVER: f64 = 0.02;
+/// Where an edge or a triangle meets an edge or a vertex of a body, that has to stick out by more than this [1]: on what is flat or hollow
+/// there, the vertices of cloth stand on the triangles around it.
+const STICKS_OUT: f64 = 1e-3;
 
 /// A row that is wanted.
 #[derive(Debug, Clone, Copy)]
@@ -128,7 +131,7 @@ fn is_nearest(
 ) -> bool {
     let [one, other] = [0..split, split..4].map(|range| range.filter(|&end| closest.parts[end] != 0.0).count());
     let side = |range: std::ops::Range<usize>, opposite: usize, toward: DVec3| {
-        let counts = range.filter(|&end| closest.parts[end] != 0.0);
+        let counts = range.clone().filter(|&end| closest.parts[end] != 0.0);
         let mut vertices = [NONE; 3];
         let (mut count, mut point) = (0, DVec3::ZERO);
         for end in counts {
@@ -136,7 +139,12 @@ fn is_nearest(
             count += 1;
             point += places.x[corners[end] as usize] * closest.parts[end].abs();
         }
-        let part = if opposite == 1 { over } else { NEARER };
+        let is_body = surfaces.owners[corners[range.start] as usize] as usize >= surfaces.cloths.len();
+        let part = match opposite {
+            1 => over,
+            _ if is_body => -STICKS_OUT,
+            _ => NEARER,
+        };
         let is_nearer = |vertex: u32| {
             let way = places.x[vertex as usize] - point;
             toward.dot(way) > part * way.length()
