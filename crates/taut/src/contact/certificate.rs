@@ -140,6 +140,6 @@ fn look(surfaces: &Surfaces, places: &Places, pair: Pair, gap: f32) -> Option<(O
     if distance <= 0.0 || distance.is_nan() {
         return Some((None, distance));
     }
-    let allowed = motion.allowed(&closest, floor(thickness, distance) + radius);
+    let allowed = motion.allowed(&closest, floor(thickness, distance), radius);
     Some(((allowed < 1.0).then_some(Cut { pair, allowed, distance, plane: None }), distance))
 }

@@ -10,7 +10,7 @@ use super::Places;
 use super::detect::Pair;
 use super::proximity::{Closest, Kind};
 
-/// Time goes on while there is more left than this part of what there was above the floor [1].
+/// Time goes on while there is more left than this part of what there was above the floor, or of the floor where that is less [1].
 const LEAST: f64 = 0.1;
 /// So much of what the distance allows is taken at once [1].
 const PART: f64 = 0.9;
@@ -50,29 +50,30 @@ impl Motion {
         least - most
     }
 
-    /// The part of their way that they may go before they are less than `floor` from each other: 1 if they never are. They start
-    /// further apart than that; closest at the start are `start`.
-    pub fn allowed(&self, start: &Closest, floor: f64) -> f64 {
-        let distance = start.way.length();
-        if self.is_apart_along(start.way / distance, floor) {
+    /// The part of their way that they may go before they are less than `floor` from each other, their radii left out: 1 if they never are.
+    /// They start further apart than that; closest at the start are `start`.
+    pub fn allowed(&self, start: &Closest, floor: f64, radius: f64) -> f64 {
+        let (distance, least) = (start.way.length(), floor + radius);
+        if self.is_apart_along(start.way / distance, least) {
             return 1.0;
         }
         let ends = Closest::new(self.kind, &[0, 1, 2, 3].map(|corner| self.x[corner] + self.d[corner]));
-        if self.is_apart_along(ends.way.normalize_or_zero(), floor) {
+        if self.is_apart_along(ends.way.normalize_or_zero(), least) {
             return 1.0;
         }
-        self.advance(distance, floor)
+        let left = distance - least;
+        self.advance(left, least, LEAST * left.min(floor))
     }
 
-    fn advance(&self, distance: f64, floor: f64) -> f64 {
+    /// The same where so much is `left` at first; what is less than `enough` is as good as nothing.
+    fn advance(&self, mut left: f64, least: f64, enough: f64) -> f64 {
         // What all do together brings nothing nearer.
         let mean = (self.d[0] + self.d[1] + self.d[2] + self.d[3]) * 0.25;
         let d = self.d.map(|d| d - mean);
         let split = self.kind.split();
         let most = |d: &[DVec3]| d.iter().map(|d| d.length()).fold(0.0, f64::max);
         let fastest = most(&d[..split]) + most(&d[split..]);
-        let (mut time, mut left) = (0.0, distance - floor);
-        let enough = LEAST * left;
+        let mut time = 0.0;
         for _ in 0..ADVANCES {
             // Not a number, or nothing to lose: no way at all.
             if left <= 0.0 || left.is_nan() {
@@ -84,7 +85,7 @@ impl Motion {
             }
             let then = time + further;
             let now = Closest::new(self.kind, &[0, 1, 2, 3].map(|corner| self.x[corner] + d[corner] * then));
-            left = now.way.length() - floor;
+            left = now.way.length() - least;
             time = then;
             if left < enough {
                 return time;
