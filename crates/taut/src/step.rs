@@ -11,7 +11,7 @@ use crate::forces::Forces;
 use crate::geometry::{Pool, Times, Vectors};
 use crate::inputs::{Inputs, Ramp};
 use crate::integrate::{self, Integrator, Proposal};
-use crate::model::Model;
+use crate::model::{Body, Model};
 use crate::schedule::{Parts, Plan, Schedule, Stride};
 use crate::state::State;
 
@@ -186,7 +186,7 @@ impl Work {
         self.plan = plan;
     }
 
-    /// In how many parts a step is taken, so that no body goes further than a cell of the cloth in any of them.
+    /// In how many parts a step is taken, so that no body goes further than it may in any of them.
     fn parts(&mut self, model: &Model, state: &State, inputs: &Inputs, dt: f64) -> u32 {
         if !inputs.bodies.any_moves() {
             return 1;
@@ -194,8 +194,12 @@ impl Work {
         let [from, to] = &mut self.bodies;
         inputs.bodies.places(&model.bodies, state.time(), from);
         inputs.bodies.places(&model.bodies, state.clock.next(dt).time(), to);
-        let furthest = from.iter().zip(to).map(|(from, to)| from.distance(*to)).fold(0.0, f64::max);
-        (furthest / model.contact.cell).ceil().clamp(1.0, MOST_PARTS) as u32
+        let parts = |body: &Body| {
+            let places = from[body.vertices.clone()].iter().zip(&to[body.vertices.clone()]);
+            let furthest = places.map(|(from, to)| from.distance(*to)).fold(0.0, f64::max);
+            furthest / model.contact.furthest(body)
+        };
+        model.bodies.list.iter().map(parts).fold(1.0, f64::max).ceil().min(MOST_PARTS) as u32
     }
 
     /// Plans a step of `dt` seconds, unless it is like the last one.
@@ -237,7 +241,7 @@ pub fn step(model: &Model, state: &mut State, inputs: &Inputs, dt: f64, work: &m
 }
 
 /// Advances by one step of `dt` seconds under what acts from outside. The step is taken in several parts where bodies would go further
-/// than a cell of the cloth, and where it would have to be cut since something would cross something else. None if the host ends
+/// than they may, and where it would have to be cut since something would cross something else. None if the host ends
 /// it: the state is then of no use.
 pub fn step_for(
     model: &Model,

@@ -1,6 +1,6 @@
 //! What touches what, and how thick it is.
 
-use super::{ClothRange, Springs};
+use super::{Body, ClothRange, Springs};
 use crate::scene::{Cloth, Scene};
 
 /// The contact of a model.
@@ -14,9 +14,14 @@ pub struct ContactSettings {
     pub untangles: bool,
     /// The sides of each cloth.
     pub cloths: Vec<Side>,
-    /// The mean length of the springs of the cloth with the shortest ones [m]: how far bodies go in a part of a step.
+    /// The mean length of the springs of the cloth with the shortest ones [m].
     pub cell: f64,
 }
+
+/// In a part of a step a body goes a cell of the cloth at most; what is round goes this part of its radius [1], which turns the normal
+/// on it by so much, and no more than so many cells.
+const OF_RADIUS: f64 = 0.5;
+const CELLS: f64 = 4.0;
 
 /// What a cloth is to what touches it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -45,5 +50,11 @@ impl ContactSettings {
             cloths: scene.cloth.iter().map(side).collect(),
             cell: cloths.iter().map(mean).fold(f64::INFINITY, f64::min),
         }
+    }
+
+    /// How far a body goes in a part of a step, at most [m].
+    #[must_use]
+    pub fn furthest(&self, body: &Body) -> f64 {
+        (OF_RADIUS * body.radius).clamp(self.cell, CELLS * self.cell)
     }
 }
