@@ -1,15 +1,19 @@
-//! Whether an edge meets a triangle, and whether a triangle is above a point: by the signs of volumes and areas.
+//! Whether an edge meets a triangle, and whether a triangle is above a point: by the signs of volumes and areas, which are exact
+//! [Shewchuk97]. Edges that are as good as in line with the side of a triangle would meet it by rounding.
 
 use glam::{DVec2, DVec3};
+use robust::{Coord, Coord3D, orient2d, orient3d};
 
-/// Six times the volume of a tetrahedron, positive if `d` sees `a`, `b`, `c` clockwise.
+/// Six times the volume of a tetrahedron, positive if `d` sees `a`, `b`, `c` clockwise. Its sign is exact.
 fn volume(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
-    (b - a).cross(c - a).dot(a - d)
+    let [a, b, c, d] = [a, b, c, d].map(|DVec3 { x, y, z }| Coord3D { x, y, z });
+    orient3d(a, b, c, d)
 }
 
-/// Twice the area of a triangle, positive if it runs counter-clockwise.
+/// Twice the area of a triangle, positive if it runs counter-clockwise. Its sign is exact.
 fn area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    (b - a).perp_dot(c - a)
+    let [a, b, c] = [a, b, c].map(|DVec2 { x, y }| Coord { x, y });
+    orient2d(a, b, c)
 }
 
 /// Where an edge passes through a triangle or touches it [m]; none if it does not.
@@ -115,6 +119,23 @@ mod tests {
             assert!(found.is_some() == expected.is_some(), "{edge:?}: {found:?}");
             if let (Some(found), Some(expected)) = (found, expected) {
                 assert!(found.distance(expected) < 1e-12 || edge[0].z == 0.0, "{edge:?}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_lies_in_the_plane_of_a_triangle_is_not_met_by_rounding() {
+        // Cells of an upright ribbon, which lie above each other in one plane: an edge, and a triangle further up.
+        for turn in 0..1000 {
+            let (sin, cos) = (f64::from(turn) * 0.01).sin_cos();
+            let at = |side: f64, up: u8| {
+                let z = (0.0025 * f64::from(up) - 0.013) as f32;
+                DVec3::new(0.042 * cos - side * sin, 0.042 * sin + side * cos, f64::from(z))
+            };
+            for edge in [[at(0.0, 0), at(0.0025, 0)], [at(0.0025, 0), at(0.0, 1)], [at(0.0, 0), at(0.0, 1)]] {
+                for triangle in [[at(0.0, 2), at(0.0025, 2), at(0.0, 3)], [at(0.0025, 2), at(0.0025, 3), at(0.0, 3)]] {
+                    assert_eq!(pierces(edge, triangle), None, "{turn}");
+                }
             }
         }
     }
