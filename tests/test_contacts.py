@@ -36,6 +36,24 @@ def test_contacts_bear_the_weight_of_a_sheet_that_lies_on_a_plane() -> None:
     assert len(lying.contacts) == 0
 
 
+def test_a_sheet_that_sticks_to_the_face_of_a_box_rests_on_its_vertices_and_stays() -> None:
+    angle = np.arctan(0.95)  # of friction 1
+    normal = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    turned = [0.0, float(np.degrees(angle)), 0.0]
+    # The diagonal of the face runs below the middle of the sheet.
+    box = {"center": (-0.1 * normal).tolist(), "size": [6.0, 2.0, 0.2], "rotate": turned}
+    slope = {"name": "slope", "friction": 1.0, "thickness": 0.001, "box": box}
+    grid = {"size": [0.3, 0.3], "cells": [16, 16], "origin": [-0.15, -0.15, 0], "axes": ["x", "y"]}
+    cloth = {"grid": grid, "thickness": 0.002, "friction": 1.0, "air_drag": 0.0, "drag_coefficient": 0.0}
+    placed = {"rotate": turned, "translate": (0.00201 * normal).tolist()}
+    lying = Simulation(Scene({"fps": 60, "body": [slope], "cloth": [cloth | placed]}), threads=1)
+    lying.run(60)
+    assert set(lying.contacts.vertices.tolist()) == set(range(17**2))
+    before = lying.exact_positions
+    lying.run(60)
+    assert np.linalg.norm(lying.exact_positions - before, axis=1).max() < 1e-6
+
+
 def test_a_ball_that_is_sent_pushes_the_cloth_and_waits_where_that_is_taut() -> None:
     pins = [{"corner": at} for at in ("top-left", "top-right", "bottom-left", "bottom-right")]
     pushed = simulation(BALL, height=0.0, pins=pins)

@@ -94,3 +94,40 @@ impl Motion {
         time
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// How far its features are apart at some times of the way, at least [m].
+    fn least(motion: &Motion, until: f64) -> f64 {
+        let at = |time: f64| [0, 1, 2, 3].map(|corner| motion.x[corner] + motion.d[corner] * time);
+        let apart = |time: f64| Closest::new(motion.kind, &at(time)).way.length();
+        (0..=400).map(|step| apart(until * f64::from(step) / 400.0)).fold(f64::INFINITY, f64::min)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4000))]
+        /// What keeps clear of the floor may go all of its way, from however far it comes; and what may go keeps it.
+        #[test]
+        fn all_that_keeps_the_floor_may_go(
+            x in prop::array::uniform4(prop::array::uniform3(-1.0_f64..1.0)),
+            d in prop::array::uniform4(prop::array::uniform3(-1.0_f64..1.0)),
+            floor in 0.02_f64..0.1,
+            radius in 0.0_f64..0.1,
+            is_triangle: bool,
+        ) {
+            let kind = if is_triangle { Kind::PointTriangle } else { Kind::EdgeEdge };
+            let motion = Motion { kind, x: x.map(DVec3::from), d: d.map(DVec3::from) };
+            let start = Closest::new(kind, &motion.x);
+            prop_assume!(start.way.length() > floor + radius);
+            let allowed = motion.allowed(&start, floor, radius);
+            prop_assert!(least(&motion, allowed) >= floor + radius - 1e-12, "{allowed}");
+            // Between the times that are looked at it may come a little nearer.
+            let between = motion.d.map(DVec3::length).into_iter().fold(0.0, f64::max) / 400.0;
+            prop_assert!(allowed == 1.0 || least(&motion, 1.0) < 1.1 * floor + radius + between, "{allowed}, {}", least(&motion, 1.0));
+        }
+    }
+}
