@@ -16,8 +16,8 @@ const NEARER: f64 = 0.25;
 /// at once, are no such points, and of what is joined by few edges the triangle beside may have the point as a corner. Where
 /// things intersect it may be one that brings them apart instead.
 const OVER: f64 = 0.02;
-/// Where an edge or a triangle meets an edge or a vertex of a body, that has to stick out by more than this [1]: on what is flat or hollow
-/// there, the vertices of cloth stand on the triangles around it.
+/// Where an edge or a triangle meets an edge or a vertex of a body, some neighbour of that has to be further away by more than this part of
+/// its distance [1], if it is no border: on what is flat or hollow all around, vertices of cloth stand on the triangles beside it.
 const STICKS_OUT: f64 = 1e-3;
 
 /// A row that is wanted.
@@ -140,22 +140,28 @@ fn is_nearest(
             point += places.x[corners[end] as usize] * closest.parts[end].abs();
         }
         let is_body = surfaces.owners[corners[range.start] as usize] as usize >= surfaces.cloths.len();
-        let part = match opposite {
-            1 => over,
-            _ if is_body => -STICKS_OUT,
-            _ => NEARER,
-        };
-        let is_nearer = |vertex: u32| {
-            let way = places.x[vertex as usize] - point;
-            toward.dot(way) > part * way.length()
+        let part = if opposite == 1 { over } else { NEARER };
+        // No neighbour is nearer; and some are further, unless there are fewer than inside of a surface.
+        let is_nearest = |neighbours: &mut dyn Iterator<Item = u32>, inside: usize| {
+            let (mut count, mut sticks_out) = (0, !is_body || opposite == 1);
+            for vertex in neighbours {
+                let way = places.x[vertex as usize] - point;
+                let (along, length) = (toward.dot(way), way.length());
+                if along > part * length {
+                    return false;
+                }
+                count += 1;
+                sticks_out |= along < -STICKS_OUT * length;
+            }
+            sticks_out || count < inside
         };
         match count {
-            1 => !surfaces.ring.of(vertices[0] as usize).iter().any(|&other| is_nearer(other)),
+            1 => is_nearest(&mut surfaces.ring.of(vertices[0] as usize).iter().copied(), 1),
             2 if !surfaces.skins[surfaces.owners[vertices[0] as usize] as usize].is_surface => true,
             2 => {
                 let other = surfaces.ring.of(vertices[1] as usize);
                 let both = |vertex: &&u32| other.binary_search(vertex).is_ok();
-                !surfaces.ring.of(vertices[0] as usize).iter().filter(both).any(|&vertex| is_nearer(vertex))
+                is_nearest(&mut surfaces.ring.of(vertices[0] as usize).iter().filter(both).copied(), 2)
             }
             _ => true,
         }
