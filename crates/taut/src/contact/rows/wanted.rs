@@ -16,8 +16,8 @@ const NEARER: f64 = 0.25;
 /// at once, are no such points, and of what is joined by few edges the triangle beside may have the point as a corner. Where
 /// things intersect it may be one that brings them apart instead.
 const OVER: f64 = 0.02;
-/// Where an edge or a triangle meets an edge or a vertex of a body, some neighbour of that has to be further away by more than this part of
-/// its distance [1], if it is no border: on what is flat or hollow all around, vertices of cloth stand on the triangles beside it.
+/// Where an edge or a triangle meets an edge or a vertex of a body, that has to stick out: the sines by which its neighbours are further
+/// away add up to more than this [1]. On what is flat or hollow, however tilted the cloth, vertices stand on the triangles beside it.
 const STICKS_OUT: f64 = 1e-3;
 
 /// A row that is wanted.
@@ -141,27 +141,28 @@ fn is_nearest(
         }
         let is_body = surfaces.owners[corners[range.start] as usize] as usize >= surfaces.cloths.len();
         let part = if opposite == 1 { over } else { NEARER };
-        // No neighbour is nearer; and some are further, unless there are fewer than inside of a surface.
-        let is_nearest = |neighbours: &mut dyn Iterator<Item = u32>, inside: usize| {
-            let (mut count, mut sticks_out) = (0, !is_body || opposite == 1);
+        // No neighbour is nearer; and together they are further, seen along an edge, unless there are fewer than inside of a surface.
+        let is_nearest = |neighbours: &mut dyn Iterator<Item = u32>, along_edge: DVec3, inside: usize| {
+            let (mut count, mut together) = (0, 0.0);
             for vertex in neighbours {
                 let way = places.x[vertex as usize] - point;
-                let (along, length) = (toward.dot(way), way.length());
-                if along > part * length {
+                if toward.dot(way) > part * way.length() {
                     return false;
                 }
                 count += 1;
-                sticks_out |= along < -STICKS_OUT * length;
+                together += toward.dot((way - along_edge * along_edge.dot(way)).normalize_or_zero());
             }
-            sticks_out || count < inside
+            !is_body || opposite == 1 || count < inside || together < -STICKS_OUT
         };
         match count {
-            1 => is_nearest(&mut surfaces.ring.of(vertices[0] as usize).iter().copied(), 1),
+            1 => is_nearest(&mut surfaces.ring.of(vertices[0] as usize).iter().copied(), DVec3::ZERO, 1),
             2 if !surfaces.skins[surfaces.owners[vertices[0] as usize] as usize].is_surface => true,
             2 => {
                 let other = surfaces.ring.of(vertices[1] as usize);
                 let both = |vertex: &&u32| other.binary_search(vertex).is_ok();
-                is_nearest(&mut surfaces.ring.of(vertices[0] as usize).iter().filter(both).copied(), 2)
+                let [from, to] = [0, 1].map(|end| places.x[vertices[end] as usize]);
+                let edge = (to - from).normalize_or_zero();
+                is_nearest(&mut surfaces.ring.of(vertices[0] as usize).iter().filter(both).copied(), edge, 2)
             }
             _ => true,
         }
