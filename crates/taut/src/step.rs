@@ -11,12 +11,9 @@ use crate::forces::Forces;
 use crate::geometry::{Pool, Times, Vectors};
 use crate::inputs::{Inputs, Ramp};
 use crate::integrate::{self, Integrator, Proposal};
-use crate::model::{Body, Model};
-use crate::schedule::{Parts, Plan, Schedule, Stride};
+use crate::model::Model;
+use crate::schedule::{BodyWays, Moving, Parts, Plan, Schedule, Stride};
 use crate::state::State;
-
-/// Steps are taken in so many parts at most where bodies are fast; beyond that bodies may lag.
-const MOST_PARTS: f64 = 64.0;
 
 /// The workspace of a simulation: allocated once, and anew where other particles are held. Never part of a result.
 pub struct Work {
@@ -34,8 +31,7 @@ pub struct Work {
     plan: Plan,
     /// Where the step leads [m].
     ends: Vectors,
-    /// Where bodies begin a step, and where they end it [m].
-    bodies: [Vec<DVec3>; 2],
+    bodies: BodyWays,
     /// The state before a part of a step that contact may have to halve; before several steps.
     before_part: State,
     pub(crate) before: State,
@@ -80,7 +76,7 @@ impl Work {
             last: (Vectors::zeros(model.particle_count()), 0.0),
             trace: None,
             clock: None,
-            bodies: [model.bodies.rest.clone(), model.bodies.rest.clone()],
+            bodies: BodyWays::new(model),
             schedule: schedule.clone(),
             plan,
             pool,
@@ -186,22 +182,6 @@ impl Work {
         self.plan = plan;
     }
 
-    /// In how many parts a step is taken, so that no body goes further than it may in any of them.
-    fn parts(&mut self, model: &Model, state: &State, inputs: &Inputs, dt: f64) -> u32 {
-        if !inputs.bodies.any_moves() {
-            return 1;
-        }
-        let [from, to] = &mut self.bodies;
-        inputs.bodies.places(&model.bodies, state.time(), from);
-        inputs.bodies.places(&model.bodies, state.clock.next(dt).time(), to);
-        let parts = |body: &Body| {
-            let places = from[body.vertices.clone()].iter().zip(&to[body.vertices.clone()]);
-            let furthest = places.map(|(from, to)| from.distance(*to)).fold(0.0, f64::max);
-            furthest / model.contact.furthest(body)
-        };
-        model.bodies.list.iter().map(parts).fold(1.0, f64::max).ceil().min(MOST_PARTS) as u32
-    }
-
     /// Plans a step of `dt` seconds, unless it is like the last one.
     fn plan(&mut self, model: &Model, dt: f64) {
         if self.plan.length != dt {
@@ -251,8 +231,10 @@ pub fn step_for(
     work: &mut Work,
     host: &mut dyn Host,
 ) -> Option<StepReport> {
-    let mut parts = Parts::new(work.parts(model, state, inputs, dt), state.halving);
     let end = state.clock.next(dt);
+    let cloths = Moving { origins: &state.origins, positions: &state.positions, velocities: &state.velocities };
+    let least = work.bodies.parts(model, inputs, cloths, [state.time(), end.time()]);
+    let mut parts = Parts::new(least, state.halving);
     let (mut all, mut given_up): (Option<StepReport>, _) = (None, Times::default());
     let pool = work.pool();
     while let Some(part) = parts.next() {

@@ -6,6 +6,7 @@ mod common;
 
 mod bending;
 mod bodies;
+mod body_parts;
 mod capstan;
 mod certificate;
 mod closed_forms;

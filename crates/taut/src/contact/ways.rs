@@ -14,6 +14,8 @@ const ROUNDING: f32 = 2.0 * f32::EPSILON;
 /// places are rounded, and so are their differences, the axis (twice, as it is normalized) and products with it.
 const OF_PLACES: f32 = 4.0 * f32::EPSILON;
 const OF_DIFFERENCES: f32 = 24.0 * f32::EPSILON;
+/// Lines that are no longer than this say nothing: their squares are too small for numbers [m].
+const SHORTEST: f32 = 1e-18;
 /// So many pairs are looked at together.
 const LANES: usize = 4;
 
@@ -126,16 +128,22 @@ impl Ways {
 }
 
 impl Seen {
-    /// How far two features are apart, at least, at the start and at the end of the step along the line between their middles at the
-    /// start [m]; below zero where that says nothing. If it is above zero they are as far apart on all of the way.
+    /// How far two features are apart, at least, at the start and at the end of the step along a line between them at the start [m]; below
+    /// zero where that says nothing. If it is above zero they are as far apart on all of the way. The line is that from the middle of
+    /// the second feature to the middle of a vertex, or to the nearest place of an edge: that of a capsule is long.
     #[inline(always)]
     fn gaps(&self, kind: Kind) -> Vec4 {
         let Self { from, to, largest, furthest } = self;
         let sum = |a: [Vec4; 3], b: [Vec4; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-        // The line between the middles; how long it is does not count.
+        // How long it is does not count.
         let between = match kind {
             Kind::PointTriangle => sum(sum(from[1], from[2]), from[3]),
-            Kind::EdgeEdge => less(sum(from[2], from[3]), from[1]),
+            Kind::EdgeEdge => {
+                let (edge, twice) = (from[1], sum(from[2], from[3]));
+                let square = dot(edge, edge).max(Vec4::splat(f32::MIN_POSITIVE));
+                let along = (dot(twice, edge) / square).clamp(Vec4::ZERO, Vec4::splat(2.0));
+                less(twice, edge.map(|part| part * along))
+            }
         };
         let length = norm(between);
         let axis = between.map(|part| part / length);
@@ -147,7 +155,7 @@ impl Seen {
             }
         });
         let gaps = start.min(end) - OF_PLACES * *largest - OF_DIFFERENCES * *furthest;
-        Vec4::select(length.cmpeq(Vec4::ZERO), Vec4::NEG_ONE, gaps)
+        Vec4::select(length.cmpgt(Vec4::splat(SHORTEST)), gaps, Vec4::NEG_ONE)
     }
 
     /// Whether pairs surely ask for no row, for all that single precision may be wrong: they are further apart than it takes, and stay so, or
@@ -269,7 +277,11 @@ mod tests {
             // It says nearly all that there is to say along this line, which is rounded itself: the more, the closer its ends.
             let middle = |of: &[DVec3]| of.iter().sum::<DVec3>() / of.len() as f64;
             let (one, other) = motion.x.split_at(kind.split());
-            let between = middle(one) - middle(other);
+            let from = match one {
+                [p, q] => *p + (*q - *p) * ((middle(other) - *p).dot(*q - *p) / p.distance_squared(*q)).clamp(0.0, 1.0),
+                _ => one[0],
+            };
+            let between = from - middle(other);
             let [start, end] = [0.0, 1.0].map(|time| {
                 let along = [0, 1, 2, 3].map(|corner| between.normalize().dot(motion.x[corner] + motion.d[corner] * time));
                 let (one, other) = along.split_at(kind.split());

@@ -1,12 +1,14 @@
 //! How long a step is, and in how many parts springs and dampers take it: every policy about steps, with its constants.
 
 mod blame;
+mod bodies;
 mod choice;
 mod halving;
 mod pace;
 mod parts;
 mod stability;
 
+pub(crate) use bodies::{BodyWays, Moving};
 pub use choice::{BadLength, Schedule};
 pub use halving::{Halving, Parts};
 pub use parts::{ClothPlan, Plan, ScaledTiming};
