@@ -18,8 +18,8 @@ pub struct ContactSettings {
     pub cell: f64,
 }
 
-/// In a part of a step a body goes a cell of the cloth at most against it; what is round goes this part of its radius [1], which turns the normal
-/// on it by so much, and no more than so many cells.
+/// In a part of a step a body goes a cell of the cloth at most, against it; what is round goes this part of its radius [1], which turns
+/// the normal on it by so much, and no more than so many cells.
 const OF_RADIUS: f64 = 0.5;
 const CELLS: f64 = 4.0;
 
