@@ -22,7 +22,7 @@ Points = NDArray[np.float64]
 
 
 def pulled(effort: Effort) -> Row:
-    """The twist and the funnel."""
+    """The twist, the funnel and the knot."""
     found = measured(_cases(effort), effort)
     target = (
         "sheet of 49² twisted by two turns under tension, sheet of 65² drawn through a funnel, ribbons of "

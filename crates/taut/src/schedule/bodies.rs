@@ -50,42 +50,52 @@ impl BodyWays {
         for (places, time) in self.places.iter_mut().zip([start, end]) {
             inputs.bodies.places(&model.bodies, time, places);
         }
+        // Most bodies are slow: then nobody needs to know where cloth is.
+        let bodies = || model.bodies.list.iter().map(|body| (body, self.most(body), model.contact.furthest(body)));
+        let fast = || bodies().filter(|(_, most, furthest)| most > furthest);
+        if fast().next().is_none() {
+            return 1;
+        }
         let mut parts = 1.0_f64;
         for cloth in &model.cloths {
             let zone = Zone::new(cloth, cloths, end - start);
             let skin = model.contact.cloths[cloth.index].thickness + model.contact.cell;
-            for body in &model.bodies.list {
-                let furthest = self.furthest(&model.bodies, body, &zone, skin);
-                parts = parts.max(furthest / model.contact.furthest(body));
+            for (body, most, furthest) in fast() {
+                let near = zone.grown(body.radius + body.thickness + skin + most);
+                parts = parts.max(self.against(&model.bodies, body, &near) / furthest);
             }
         }
         parts.ceil().min(MOST_PARTS) as u32
     }
 
-    /// How far a body goes against a cloth where it is near, as seen from the world or from the cloth, whichever is less [m]. Up to `skin`
-    /// beyond its own the cloth is near.
-    fn furthest(&self, bodies: &Bodies, body: &Body, zone: &Zone, skin: f64) -> f64 {
+    /// How far a vertex goes [m].
+    fn way(&self, vertex: usize) -> DVec3 {
         let [from, to] = &self.places;
+        to[vertex] - from[vertex]
+    }
+
+    /// How far a body goes, at most [m].
+    fn most(&self, body: &Body) -> f64 {
+        body.vertices.clone().map(|vertex| self.way(vertex).length()).fold(0.0, f64::max)
+    }
+
+    /// How far it goes against a cloth in the zone where that is near, as seen from the world or from the cloth, whichever is less [m].
+    fn against(&self, bodies: &Bodies, body: &Body, zone: &Zone) -> f64 {
+        let [from, _] = &self.places;
         let own = body.vertices.clone();
-        let way = |vertex: usize| to[vertex] - from[vertex];
-        let most = own.clone().map(|vertex| way(vertex).length()).fold(0.0, f64::max);
         let against = |way: DVec3| way.length().min((way - zone.way).length());
-        if most == 0.0 {
-            return 0.0;
-        }
-        let zone_around = zone.grown(body.radius + body.thickness + skin + most);
         match body.shape {
-            BodyShape::Plane => own.map(|vertex| against(way(vertex))).fold(0.0, f64::max),
+            BodyShape::Plane => own.map(|vertex| against(self.way(vertex))).fold(0.0, f64::max),
             BodyShape::Sphere | BodyShape::Capsule => {
                 let (first, last) = (own.start, own.end - 1);
-                let Some(near) = zone_around.clip(from[first], from[last]) else { return 0.0 };
-                near.map(|at| against(way(first).lerp(way(last), at))).into_iter().fold(0.0, f64::max)
+                let Some(near) = zone.clip(from[first], from[last]) else { return 0.0 };
+                near.map(|at| against(self.way(first).lerp(self.way(last), at))).into_iter().fold(0.0, f64::max)
             }
             BodyShape::Surface => {
                 let triangles =
                     bodies.triangles[body.triangles.clone()].iter().map(|corners| corners.map(|corner| corner as usize));
-                let near = triangles.filter(|corners| zone_around.meets(corners.map(|corner| from[corner])));
-                near.flatten().map(|corner| against(way(corner))).fold(0.0, f64::max)
+                let near = triangles.filter(|corners| zone.meets(corners.map(|corner| from[corner])));
+                near.flatten().map(|corner| against(self.way(corner))).fold(0.0, f64::max)
             }
         }
     }
