@@ -10,6 +10,7 @@ from taut.scene import find_scene
 
 from tools.targets.contact.drapes import stage, turned
 from tools.targets.contact.friction import let_go, pinched, slides, slope
+from tools.targets.contact.heaps import THICKNESS, on_its_edge
 from tools.targets.contact.judge import Oracle, distance
 from tools.targets.contact.scenes import Stage, ball, sheet
 from tools.targets.table import FULL
@@ -62,6 +63,15 @@ def test_cloth_that_falls_on_its_edge_heaps_without_crossings() -> None:
     wavy["translate"] = [0.0, 0.0, 0.03]
     simulation = watched({"cloth": [wavy], "body": [FLOOR]}, 70)
     assert simulation.positions[:, 2].max() < 0.3
+
+
+def test_what_a_fold_pressed_together_comes_apart() -> None:
+    """Where it is struck it may be much nearer for a while than a tenth of the thickness."""
+    simulation = on_its_edge(25, mesh=True).simulation()
+    simulation.run(100)
+    for _ in range(100):
+        simulation.step(simulation.substeps)
+        assert simulation.report.closest > 0.09 * THICKNESS
 
 
 def test_a_thrown_box_sweeps_two_cloths_along() -> None:

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::super::detect::{Candidate, Pair};
 use super::super::proximity::{Closest, Kind};
 use super::super::surfaces::{Owner, Surfaces};
-use super::super::{MARGIN, NEAR, Places};
+use super::super::{FLOOR, MARGIN, NEAR, Places};
 use super::NONE;
 use super::vertices::stand_for;
 
@@ -80,7 +80,9 @@ impl Wanted {
         let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, thickness, target, carried };
         let is_thick = owners.iter().any(|&owner| surfaces.skins[owner as usize].radius > 0.0);
         let over = if all && !is_thick && !are_near { OVER } else { NEARER };
-        is_nearest(surfaces, places, corners, &closest, split, normal, over).then_some(wanted)
+        // What is nearer than the certificate allows may lose hardly anything of that, whatever else is beside it.
+        let is_scarce = distance < FLOOR * surfaces.thickness(owners);
+        (is_scarce || is_nearest(surfaces, places, corners, &closest, split, normal, over)).then_some(wanted)
     }
 }
 
