@@ -9,7 +9,7 @@ use super::crossing::Motion;
 use super::detect::{Detection, Pair};
 use super::proximity::{Closest, Kind};
 use super::surfaces::Surfaces;
-use super::ways::Four;
+use super::ways::{Four, Look};
 use super::{FLOOR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 
@@ -80,10 +80,10 @@ impl Cuts {
             for candidate in found.filter(|candidate| !detection.is_asked(&candidate.pair)) {
                 let four = &mut fours[candidate.pair.kind as usize];
                 if four.put(candidate.pair.corners) {
-                    four.take(&detection.ways, None).for_each(&mut each);
+                    four.take(&detection.ways, Look::default()).for_each(&mut each);
                 }
             }
-            fours.iter_mut().for_each(|four| four.take(&detection.ways, None).for_each(&mut each));
+            fours.iter_mut().for_each(|four| four.take(&detection.ways, Look::default()).for_each(&mut each));
         });
         for (cuts, closest) in &self.parts[..count] {
             self.list.extend(cuts);
@@ -131,10 +131,11 @@ fn look(surfaces: &Surfaces, places: &Places, pair: Pair, gap: f32) -> Option<(O
     let owners = surfaces.owners_of(pair);
     let radius = surfaces.radius(owners);
     let thickness = surfaces.thickness(owners);
-    if f64::from(gap) >= FLOOR * thickness + radius {
+    let least = FLOOR * thickness + radius;
+    if f64::from(gap) >= least {
         return None;
     }
-    let motion = Motion::of(places, pair);
+    let motion = Motion::of(places, pair).of_near_part(least);
     let closest = Closest::new(pair.kind, &motion.x);
     let distance = closest.way.length() - radius;
     if distance <= 0.0 || distance.is_nan() {

@@ -14,6 +14,8 @@ use super::proximity::{Closest, Kind};
 const LEAST: f64 = 0.1;
 /// So much of what the distance allows is taken at once [1].
 const PART: f64 = 0.9;
+/// An edge is cut off where the other one is so many times shorter [1].
+const LONG: f64 = 4.0;
 /// Features that slide along each other just above the floor are given up after so many advances.
 const ADVANCES: usize = 2000;
 
@@ -41,6 +43,42 @@ impl Motion {
         let at = |corner: usize| axis.dot(self.x[corner]);
         let to = |corner: usize| axis.dot(self.x[corner] + self.d[corner]);
         self.gap(at) >= floor && self.gap(to) >= floor
+    }
+
+    /// The same with the part alone of an edge, where the other one is much shorter, that can come within `least` of that: a capsule swings
+    /// about places that are far from what it touches. Along the edge as it starts, the rest of it is further from the other one at the
+    /// start and at the end, and so on all of the way.
+    pub fn of_near_part(mut self, least: f64) -> Self {
+        if self.kind == Kind::EdgeEdge {
+            let [one, other] = [[0, 1], [2, 3]].map(|[from, to]| self.x[from].distance_squared(self.x[to]));
+            if one > LONG * LONG * other {
+                self.keep_near([0, 1], [2, 3], least);
+            } else if other > LONG * LONG * one {
+                self.keep_near([2, 3], [0, 1], least);
+            }
+        }
+        self
+    }
+
+    fn keep_near(&mut self, [from, to]: [usize; 2], others: [usize; 2], least: f64) {
+        let along = (self.x[to] - self.x[from]).normalize_or_zero();
+        let (mut first, mut last) = (1.0_f64, 0.0_f64);
+        for time in [0.0, 1.0] {
+            let at = |corner: usize| along.dot(self.x[corner] + self.d[corner] * time);
+            let length = at(to) - at(from);
+            // It turns round, or is nothing.
+            if length.is_nan() || length <= 0.0 {
+                return;
+            }
+            for other in others.map(at) {
+                first = first.min((other - at(from) - least) / length);
+                last = last.max((other - at(from) + least) / length);
+            }
+        }
+        let (first, last) = (first.clamp(0.0, 1.0), last.clamp(0.0, 1.0));
+        for of in [&mut self.x, &mut self.d] {
+            (of[from], of[to]) = (of[from].lerp(of[to], first), of[from].lerp(of[to], last));
+        }
     }
 
     fn gap(&self, of: impl Fn(usize) -> f64) -> f64 {
@@ -128,6 +166,28 @@ mod tests {
             // Between the times that are looked at it may come a little nearer.
             let between = motion.d.map(DVec3::length).into_iter().fold(0.0, f64::max) / 400.0;
             prop_assert!(allowed == 1.0 || least(&motion, 1.0) < 1.1 * floor + radius + between, "{allowed}, {}", least(&motion, 1.0));
+        }
+
+        /// What an edge is cut off keeps its distance, and no more is cut off than that.
+        #[test]
+        fn only_what_is_far_is_cut_off(
+            x in prop::array::uniform4(prop::array::uniform3(-1.0_f64..1.0)),
+            d in prop::array::uniform4(prop::array::uniform3(-1.0_f64..1.0)),
+            size in 0.0_f64..0.3,
+            fast in 0.0_f64..1.0,
+            limit in 0.01_f64..0.5,
+            is_second: bool,
+        ) {
+            let [mut x, d] = [x, d].map(|of| of.map(DVec3::from));
+            let short = if is_second { [2, 3] } else { [0, 1] };
+            x[short[1]] = x[short[0]] + (x[short[1]] - x[short[0]]) * size;
+            let whole = Motion { kind: Kind::EdgeEdge, x, d: d.map(|d| d * fast) };
+            let part = whole.of_near_part(limit);
+            for time in 0..=40 {
+                let at = |motion: &Motion| [0, 1, 2, 3].map(|corner| motion.x[corner] + motion.d[corner] * (f64::from(time) / 40.0));
+                let [all, own] = [&whole, &part].map(|motion| Closest::new(motion.kind, &at(motion)).way.length());
+                prop_assert!(own >= all - 1e-12 && (own <= all + 1e-12 || all >= limit - 1e-12), "{own} of {all} at {time}");
+            }
         }
     }
 }

@@ -6,7 +6,7 @@ use super::met::{Meetings, Met};
 use super::proximity::Kind;
 use super::surfaces::{Owner, Surfaces, Thick};
 use super::tree::{Bounds, Leaf, Tree};
-use super::ways::{Asks, Four, Ways};
+use super::ways::{Asks, Four, Look, Ways};
 use super::{FLOOR, MARGIN, Places};
 use crate::geometry::{Pool, for_each_part};
 
@@ -193,7 +193,7 @@ impl Detection {
         for_each_part(&mut parts[..count], met.len() * PART, pool, |index, Part { pairs, triangles, edges }| {
             pairs.clear();
             let fours = [Kind::PointTriangle, Kind::EdgeEdge].map(Four::new);
-            let rules = Rules { owners: None, margin: 0.0, asks: None };
+            let rules = Rules { owners: None, margin: 0.0, of_near_part: None, asks: None };
             let mut found = Found { ways, rules, bounds, asked, fours, pairs };
             let rules = |owners: [Owner; 2]| Rules::of(surfaces, owners, margin, for_rows);
             for &Met { trees, leaves: [one, two], thick: number } in met[index * PART..].iter().take(PART) {
@@ -265,8 +265,9 @@ struct Found<'a> {
 /// What counts between two owners.
 struct Rules {
     owners: Option<[Owner; 2]>,
-    /// Pairs that are as far apart count no more, radii included [m].
+    /// Pairs that are as far apart count no more, radii included [m]; the same, no less, where one of both is thick.
     margin: f64,
+    of_near_part: Option<f32>,
     /// What they ask of rows, by their kind, if any may.
     asks: Option<[Asks; 2]>,
 }
@@ -280,7 +281,9 @@ impl Rules {
             Asks { within: within as f32, are_sides }
         };
         let asks = for_rows.then(|| [Kind::PointTriangle, Kind::EdgeEdge].map(asks));
-        Self { owners: Some(owners), margin: margin * thickness + radius, asks }
+        let margin = margin * thickness + radius;
+        let of_near_part = (radius > 0.0).then_some((margin * (1.0 + f64::from(f32::EPSILON))) as f32);
+        Self { owners: Some(owners), margin, of_near_part, asks }
     }
 }
 
@@ -378,9 +381,10 @@ impl Found<'_> {
 
     /// Keeps those of the pairs of a kind that wait which are near enough.
     fn look(&mut self, kind: Kind) {
-        let Self { ways, rules: Rules { margin, asks, .. }, fours, pairs, .. } = self;
+        let Self { ways, rules: Rules { margin, of_near_part, asks, .. }, fours, pairs, .. } = self;
         let asks = asks.as_ref().map(|asks| asks[kind as usize]);
-        let near = fours[kind as usize].take(ways, asks).filter(|(_, gap, _)| f64::from(*gap) < *margin);
+        let look = Look { of_near_part: *of_near_part, asks };
+        let near = fours[kind as usize].take(ways, look).filter(|(_, gap, _)| f64::from(*gap) < *margin);
         pairs.extend(near.map(|(pair, gap, may_ask)| Candidate { pair, gap, may_ask }));
     }
 }

@@ -40,6 +40,14 @@ pub(crate) struct Asks {
     pub are_sides: bool,
 }
 
+/// What is looked for: how far the features of four pairs are apart, or, if only that much of a first edge counts, as a capsule is long,
+/// whether they come as near as so far [m]; and what they ask of rows, if any may.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Look {
+    pub of_near_part: Option<f32>,
+    pub asks: Option<Asks>,
+}
+
 /// The corners of four pairs as seen from the first one of each, at the start and at the end of the step: each coordinate of all four [m].
 struct Seen {
     from: [[Vec4; 3]; 4],
@@ -64,12 +72,12 @@ impl Four {
     /// Gives them back and goes on with none. Tells of each how far its features are apart at least [m], and, if it is said what is asked of
     /// rows, whether it may ask for one.
     #[inline(always)]
-    pub fn take(&mut self, ways: &Ways, asks: Option<Asks>) -> impl Iterator<Item = (Pair, f32, bool)> + use<> {
+    pub fn take(&mut self, ways: &Ways, look: Look) -> impl Iterator<Item = (Pair, f32, bool)> + use<> {
         let (mut gaps, mut may_ask) = ([0.0; LANES], 0);
         if self.count > 0 {
             let seen = ways.see(self.filled());
-            gaps = seen.gaps(self.kind).to_array();
-            may_ask = asks.map_or(0, |asks| !seen.ask_for_none(self.kind, asks).bitmask());
+            gaps = seen.gaps(self.kind, look.of_near_part).to_array();
+            may_ask = look.asks.map_or(0, |asks| !seen.ask_for_none(self.kind, asks).bitmask());
         }
         let (kind, corners) = (self.kind, self.corners);
         let of = move |lane: usize| (Pair { kind, corners: corners[lane] }, gaps[lane], may_ask >> lane & 1 == 1);
@@ -132,8 +140,13 @@ impl Seen {
     /// zero where that says nothing. If it is above zero they are as far apart on all of the way. The line is that from the middle of
     /// the second feature to the middle of a vertex, or to the nearest place of an edge: that of a capsule is long.
     #[inline(always)]
-    fn gaps(&self, kind: Kind) -> Vec4 {
+    fn gaps(&self, kind: Kind, of_near_part: Option<f32>) -> Vec4 {
         let Self { from, to, largest, furthest } = self;
+        let wrong = OF_PLACES * *largest + OF_DIFFERENCES * *furthest;
+        let [first, last] = match of_near_part {
+            Some(least) if kind == Kind::EdgeEdge => self.near_part(Vec4::splat(least) + wrong),
+            _ => [Vec4::ZERO, Vec4::ONE],
+        };
         let sum = |a: [Vec4; 3], b: [Vec4; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
         // How long it is does not count.
         let between = match kind {
@@ -151,11 +164,25 @@ impl Seen {
             let [a, b, c] = [dot(corners[1], axis), dot(corners[2], axis), dot(corners[3], axis)];
             match kind {
                 Kind::PointTriangle => a.min(b).min(c),
-                Kind::EdgeEdge => b.min(c) - a.max(Vec4::ZERO),
+                Kind::EdgeEdge => b.min(c) - (a * first).max(a * last),
             }
         });
-        let gaps = start.min(end) - OF_PLACES * *largest - OF_DIFFERENCES * *furthest;
+        let gaps = start.min(end) - wrong;
         Vec4::select(length.cmpgt(Vec4::splat(SHORTEST)), gaps, Vec4::NEG_ONE)
+    }
+
+    /// The part of the first edge, from its start [1], that can come within `least` of the other one [m] (crossing.rs).
+    #[inline(always)]
+    fn near_part(&self, least: Vec4) -> [Vec4; 2] {
+        let along = self.from[1].map(|part| part / norm(self.from[1]));
+        let [start, end] = [&self.from, &self.to].map(|corners| {
+            let [length, one, other] = [1, 2, 3].map(|corner| dot(corners[corner], along));
+            let (low, high) = ((one.min(other) - least) / length, (one.max(other) + least) / length);
+            // Where it turns round, or is nothing, all of it counts.
+            let goes_on = length.cmpgt(Vec4::ZERO);
+            [Vec4::select(goes_on, low, Vec4::ZERO), Vec4::select(goes_on, high, Vec4::ONE)]
+        });
+        [start[0].min(end[0]), start[1].max(end[1])].map(|part| part.clamp(Vec4::ZERO, Vec4::ONE))
     }
 
     /// Whether pairs surely ask for no row, for all that single precision may be wrong: they are further apart than it takes, and stay so, or
@@ -230,7 +257,7 @@ fn less(a: [Vec4; 3], b: [Vec4; 3]) -> [Vec4; 3] {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
+    use glam::{DQuat, DVec3};
     use proptest::prelude::*;
 
     use super::super::crossing::Motion;
@@ -238,12 +265,12 @@ mod tests {
     use crate::contact::proximity::Closest;
 
     /// A first look at the pair of all four places.
-    fn looked_at(kind: Kind, places: &Places, asks: Option<Asks>) -> (Pair, f32, bool) {
+    fn looked_at(kind: Kind, places: &Places, look: Look) -> (Pair, f32, bool) {
         let mut list = Ways::new(4);
         list.take(places, |_| 0.0, &mut [Bounds::NOTHING; 4], &Pool::new(1));
         let mut four = Four::new(kind);
         four.put([0, 1, 2, 3]);
-        let mut found = four.take(&list, asks);
+        let mut found = four.take(&list, look);
         let first = found.next().expect("what was put");
         assert!(found.next().is_none(), "one was put");
         first
@@ -266,7 +293,7 @@ mod tests {
             let x: Vec<DVec3> = (0..4).map(|corner| DVec3::from(corners[corner]) * size + shift(corner)).collect();
             let ends = x.iter().zip(ways).map(|(x, way)| *x + DVec3::from(way) * 0.3 * size).collect();
             let places = Places { x, ends, ..Places::default() };
-            let (pair, gap, _) = looked_at(kind, &places, None);
+            let (pair, gap, _) = looked_at(kind, &places, Look::default());
             let gap = f64::from(gap);
             let motion = Motion::of(&places, pair);
             for part in 0..=20 {
@@ -293,6 +320,48 @@ mod tests {
             prop_assert!(gap >= start.min(end) - rounding - of_axis || between.length() < rounding, "{gap} of {}", start.min(end));
         }
 
+        /// Nor is that of a part of an edge, up to where it is cut off; and it tells more of one that swings about a place far away.
+        #[test]
+        fn gaps_of_near_parts_are_no_wider_than_what_is_there(
+            corners in prop::array::uniform4(prop::array::uniform3(-1.0_f64..1.0)),
+            ways in prop::array::uniform4(prop::array::uniform3(-1.0_f64..1.0)),
+            long in 0.0_f64..20.0,
+            size in -3_i32..2,
+            far in 0.0_f64..1e3,
+            fast in 0.0_f64..2.0,
+            within in 0.01_f64..2.0,
+        ) {
+            let size = 10_f64.powi(size);
+            let mut x = corners.map(|corner| DVec3::splat(far * size) + DVec3::from(corner) * size);
+            x[1] = x[0] + (x[1] - x[0]) * long;
+            let ends: Vec<DVec3> = x.iter().zip(ways).map(|(x, way)| *x + DVec3::from(way) * fast * size).collect();
+            let places = Places { x: x.to_vec(), ends, ..Places::default() };
+            let least = (within * size) as f32;
+            let look = Look { of_near_part: Some(least), asks: None };
+            let (pair, gap, _) = looked_at(Kind::EdgeEdge, &places, look);
+            let gap = f64::from(gap.min(least));
+            let motion = Motion::of(&places, pair);
+            for part in 0..=20 {
+                let at = [0, 1, 2, 3].map(|corner| motion.x[corner] + motion.d[corner] * (f64::from(part) / 20.0));
+                let distance = Closest::new(Kind::EdgeEdge, &at).way.length();
+                prop_assert!(gap <= distance, "{gap} at a distance of {distance}");
+            }
+        }
+
+        /// A rod of 1 m that swings about its middle keeps its distance from an edge of 1 cm that moves along with it.
+        #[test]
+        fn a_rod_that_swings_keeps_its_distance(angle in -0.02_f64..0.02, at in 0.3_f64..0.7, apart in 0.005_f64..0.02) {
+            let turned = |place: DVec3| DVec3::new(0.5, 0.0, 0.0) + DQuat::from_rotation_y(angle) * (place - DVec3::new(0.5, 0.0, 0.0));
+            let x = vec![DVec3::ZERO, DVec3::X, DVec3::new(at, -0.005, apart), DVec3::new(at, 0.005, apart)];
+            let ends = x.iter().map(|place| turned(*place)).collect();
+            let places = Places { x, ends, ..Places::default() };
+            let of = |of_near_part: Option<f32>| looked_at(Kind::EdgeEdge, &places, Look { of_near_part, asks: None }).1;
+            let lost = (apart as f32 - of(Some(apart as f32))).max(0.0);
+            // The part that is near swings by its length times the angle.
+            prop_assert!(lost < 1e-4 + 2.0 * angle.abs() as f32 * apart as f32, "{lost}");
+            prop_assert!(angle.abs() < 0.005 || of(None) < of(Some(apart as f32)));
+        }
+
         /// What is told off asks for no row in double precision either: it is too far away and stays so, or an edge is closest at its end.
         #[test]
         fn what_is_told_off_asks_for_nothing(
@@ -311,7 +380,7 @@ mod tests {
             let ends = x.iter().zip(ways).map(|(x, way)| *x + DVec3::from(way) * 10_f64.powi(fast)).collect();
             let places = Places { x, ends, ..Places::default() };
             let asks = Asks { within: within as f32, are_sides };
-            let (_, _, may_ask) = looked_at(kind, &places, Some(asks));
+            let (_, _, may_ask) = looked_at(kind, &places, Look { asks: Some(asks), ..Look::default() });
             let at = |places: &[DVec3]| [places[0], places[1], places[2], places[3]];
             let closest = Closest::new(kind, &at(&places.x));
             let distance = closest.way.length();
