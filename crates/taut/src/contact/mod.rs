@@ -25,7 +25,7 @@ mod ways;
 
 use glam::DVec3;
 
-use crate::geometry::{Pool, Vectors, Watch};
+use crate::geometry::{Pool, Vectors, Watch, for_each_chunk};
 use crate::model::Model;
 pub use rows::Touching;
 pub(crate) use rows::{Carried, Carrier, Grip, Obstacle, RigidMotion, Rows, Support};
@@ -100,17 +100,20 @@ impl Contact {
         })
     }
 
-    /// Takes where a step, such a part of an automatic one, starts: particles from the origins of their cloths, vertices of bodies in the world
-    /// [m]; and how far particles have crept.
-    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3], crept: &Vectors, part: f64) {
+    /// Takes where a step starts: particles from the origins of their cloths, vertices of bodies in the world [m].
+    pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3], pool: &Pool) {
+        fill(&mut self.places.x, model, origins, positions, bodies, pool);
+    }
+
+    /// Takes how far particles have crept before a step that is such a part of an automatic one.
+    pub fn go_on(&mut self, crept: &Vectors, part: f64) {
         self.places.recovery = RECOVERY * part;
-        fill(&mut self.places.x, model, origins, positions, bodies);
         self.rows.take_crept(crept);
     }
 
     /// Takes where it ends.
-    pub fn end(&mut self, model: &Model, origins: &[DVec3], ends: &Vectors, bodies: &[DVec3]) {
-        fill(&mut self.places.ends, model, origins, ends, bodies);
+    pub fn end(&mut self, model: &Model, origins: &[DVec3], ends: &Vectors, bodies: &[DVec3], pool: &Pool) {
+        fill(&mut self.places.ends, model, origins, ends, bodies, pool);
     }
 
     /// Looks for what intersects where a step of so many seconds starts, if it may, and brings it apart in this step. Returns at how many
@@ -195,13 +198,15 @@ fn floor(thickness: f64, distance: f64) -> f64 {
 }
 
 /// Places of all particles and bodies.
-fn fill(places: &mut [DVec3], model: &Model, origins: &[DVec3], vectors: &Vectors, bodies: &[DVec3]) {
+fn fill(places: &mut [DVec3], model: &Model, origins: &[DVec3], vectors: &Vectors, bodies: &[DVec3], pool: &Pool) {
     let base = origins[0];
     places[model.particle_count()..].iter_mut().zip(bodies).for_each(|(place, body)| *place = *body - base);
     for (cloth, origin) in model.cloths.iter().zip(origins) {
-        let way = *origin - base;
-        for particle in cloth.particles() {
-            places[particle] = vectors.get(particle).as_dvec3() + way;
-        }
+        let (own, way) = (cloth.particles(), *origin - base);
+        for_each_chunk(&mut places[own.clone()], pool, |first, places| {
+            for (particle, place) in (own.start + first..).zip(places) {
+                *place = vectors.get(particle).as_dvec3() + way;
+            }
+        });
     }
 }

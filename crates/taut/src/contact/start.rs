@@ -97,7 +97,7 @@ impl Intersections {
             return Self::default();
         }
         let mut x = vec![DVec3::ZERO; model.particle_count() + bodies.len()];
-        fill(&mut x, model, origins, positions, bodies);
+        fill(&mut x, model, origins, positions, bodies, &Pool::new(1));
         let mut search = Search { model, base: origins[0], x: &x, found: Self::default(), counts: BTreeMap::new() };
         search.run();
         let mut found = search.found;

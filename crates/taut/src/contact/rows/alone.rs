@@ -12,9 +12,10 @@ pub(super) struct Alone {
     /// Of each vertex in the workspace: in how many rows it is, and its number from now on.
     counts: Vec<u32>,
     numbers: Vec<u32>,
-    /// What is put in order, and the first corners of rows with their numbers.
+    /// What is put in order, those that come last, and the first corners of rows with their numbers.
     rows: Vec<Row>,
-    order: Vec<([u32; 2], u32)>,
+    others: Vec<u32>,
+    order: Vec<(u64, u32)>,
     vertices: Vec<u32>,
 }
 
@@ -26,11 +27,15 @@ impl Rows {
         let row = |index: u32| &list[index as usize];
         order.clear();
         // The first corners tell nearly all rows apart.
-        order.extend((0..).zip(&*list).map(|(index, row)| ([row.key[0][0], row.key[1][0]], index)));
-        order.sort_unstable_by(|&(first, a), &(other, b)| {
-            let (one, two) = (row(a), row(b));
-            first.cmp(&other).then_with(|| one.key.cmp(&two.key).then(one.gap.total_cmp(&two.gap)).then(a.cmp(&b)))
-        });
+        let first = |row: &Row| u64::from(row.key[0][0]) << 32 | u64::from(row.key[1][0]);
+        order.extend((0..).zip(&*list).map(|(index, row)| (first(row), index)));
+        order.sort_unstable();
+        for alike in order.chunk_by_mut(|one, other| one.0 == other.0).filter(|alike| alike.len() > 1) {
+            alike.sort_unstable_by(|&(_, a), &(_, b)| {
+                let (one, two) = (row(a), row(b));
+                one.key.cmp(&two.key).then(one.gap.total_cmp(&two.gap)).then(a.cmp(&b))
+            });
+        }
         order.dedup_by(|(_, a), (_, b)| row(*a).key == row(*b).key);
         self.put_first(order.iter().map(|(_, row)| *row));
         self.alone.order = order;
@@ -46,11 +51,10 @@ impl Rows {
     /// Puts rows in such an order, but those that are alone first.
     fn put_first(&mut self, of: impl Iterator<Item = u32> + Clone) {
         let Self { list, vertices, locals, weights, alone, .. } = self;
-        let Alone { count, counts, numbers, rows, vertices: order, .. } = alone;
-        let of = of.map(|row| &list[row as usize]);
+        let Alone { count, counts, numbers, rows, others, vertices: order, .. } = alone;
         counts.clear();
         counts.resize(vertices.len(), 0);
-        of.clone().flat_map(Row::locals).for_each(|local| counts[local] += 1);
+        of.clone().flat_map(|index| list[index as usize].locals()).for_each(|local| counts[local] += 1);
         // Its only particle, if that is in no other row. Particles that are held go their own ways, which are not known yet.
         let own = |row: &Row| {
             let mut particles = row.locals().filter(|&local| (vertices[local] as usize) < self.particles);
@@ -61,15 +65,19 @@ impl Rows {
         numbers.resize(vertices.len(), NONE);
         order.clear();
         rows.clear();
-        for row in of.clone() {
-            if let Some(local) = own(row) {
-                numbers[local] = order.len() as u32;
-                order.push(vertices[local]);
-                rows.push(*row);
+        others.clear();
+        for (index, row) in of.map(|index| (index, &list[index as usize])) {
+            match own(row) {
+                Some(local) => {
+                    numbers[local] = order.len() as u32;
+                    order.push(vertices[local]);
+                    rows.push(*row);
+                }
+                None => others.push(index),
             }
         }
         *count = rows.len();
-        rows.extend(of.filter(|row| own(row).is_none()));
+        rows.extend(others.iter().map(|&index| list[index as usize]));
         for (number, &vertex) in numbers.iter_mut().zip(&*vertices).filter(|(number, _)| **number == NONE) {
             *number = order.len() as u32;
             order.push(vertex);

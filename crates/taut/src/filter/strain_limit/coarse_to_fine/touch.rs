@@ -134,19 +134,16 @@ impl Touch {
         }
         self.where_is.load(&state.positions, ends); // 1
         let State { origins, positions, bodies, crept, .. } = &*state;
-        self.contact.start(model, origins, positions, bodies, crept, part_of_automatic(stride));
+        self.contact.start(model, origins, positions, bodies, pool);
+        self.contact.go_on(crept, part_of_automatic(stride));
         limited.penetrations = self.contact.untangle(state.may_cross, stride.plan.length) as u32;
         state.may_cross = limited.penetrations > 0;
-        for particle in 0..ends.len() {
-            if let Some((unit, own)) = self.where_is.of(particle) {
-                ends.set(particle, state.positions.get(particle) + units[unit].levels().displacement(own));
-            }
-        }
-        self.contact.end(model, &state.origins, ends, &self.led.ends);
+        self.where_is.tell(&state.positions, units, ends, pool);
+        self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
         self.contact.find_rows(pool);
         if self.contact.rows.stop_bodies(&self.contact.places, &mut self.stops) {
             self.led.shorten(stride, state, &self.stops);
-            self.contact.end(model, &state.origins, ends, &self.led.ends);
+            self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
             self.contact.rows.arrange(&self.contact.places);
         }
         self.where_is.take(&self.contact.rows);
@@ -171,7 +168,7 @@ impl Touch {
                 held_back_pins: verdict.held_back_pins,
                 ..limited
             };
-            self.contact.end(model, &state.origins, ends, &self.led.ends);
+            self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
             self.contact.certify(pool);
             if self.contact.cuts.list.is_empty() {
                 break;
@@ -410,7 +407,7 @@ impl Touch {
             for unit in units.iter_mut() {
                 unit.certify(stride, state, ends, [None, WORLD], pool);
             }
-            self.contact.end(model, &state.origins, ends, &self.led.ends);
+            self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
             self.contact.certify(pool);
             if self.contact.cuts.list.is_empty() {
                 return lost(model, &before, ends, all);

@@ -37,6 +37,16 @@ impl WhereIs {
         }
     }
 
+    /// Tells where particles end up as the levels have them.
+    pub fn tell(&self, positions: &Vectors, units: &[Unit], ends: &mut Vectors, pool: &Pool) {
+        ends.for_each_chunk(pool, |ends| {
+            ends.map(|particle, end| match self.of(particle) {
+                Some((unit, own)) => positions.get(particle) + units[unit].levels().displacement(own),
+                None => end,
+            });
+        });
+    }
+
     /// Particles that no spring is tied to, and how far they go so far [m].
     pub fn loose(&self) -> impl Iterator<Item = (usize, Vec3)> {
         self.loose.iter().map(|&particle| (particle as usize, self.ways[particle as usize]))
