@@ -298,7 +298,7 @@ fn bits_do_not_depend_on_threads() {
         let mesh = sheet(64, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.72));
         let model = mesh_scene(json!({ "body": bodies }), cloth(), mesh);
         let mut sheet = Simulation::with_threads(model, threads);
-        sheet.steps(29);
+        sheet.steps(23);
         let report = sheet.steps(1);
         assert!(report.contacts > 2 * CHUNK as u64, "{} rows are too few to be handed to several threads", report.contacts);
         sheet.state.hash()

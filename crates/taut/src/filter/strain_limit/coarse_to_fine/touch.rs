@@ -1,6 +1,6 @@
 //! All cloths of a step together, where they touch bodies, each other or themselves.
 //!
-//! 1. A cycle without contact or a few, so that the ends of the step are sensible; what comes near on the way there becomes rows.
+//! 1. One cycle without contact, so that the ends of the step are sensible; what comes near on the way there becomes rows.
 //! 2. Cycles of each cloth and sweeps over all rows in turn, until springs are short enough and rows are kept; the last few of both are put
 //!    right one by one (worklist.rs).
 //!    Cloths that bear something heavy on their rows are solved with these as one problem instead (joint.rs).
@@ -28,10 +28,6 @@ use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::{State, measure};
 
-/// Cycles without contact, at most: more than one where a spring is longer than this part of what it may be [1]. From there cloth would go
-/// elsewhere, and touch what nobody has looked for.
-const CYCLES_BEFORE: u32 = 4;
-const FAR: f32 = 1.1;
 /// Cycles and sweeps in turn, at most; with rows that came late, so many more.
 const ROUNDS: usize = 30;
 /// .. where nothing is struck: a cloth that hangs on a corner takes them all. Where something moves, rows may contradict each other.
@@ -133,11 +129,6 @@ impl Touch {
             descent.is_needed = proposed.worst > 1.0;
             if descent.is_needed {
                 unit.descend(model, &mut descent, false, pool);
-                // What intersects is brought apart at its own pace.
-                let may_go_on = |descent: &Descent| descent.sweeps < CYCLES_BEFORE && descent.worst > FAR && !descent.is_over;
-                while !state.may_cross && may_go_on(&descent) {
-                    unit.descend(model, &mut descent, false, pool);
-                }
             }
             self.descents.push(descent);
         }

@@ -53,7 +53,7 @@ pub(super) struct Descent {
     room: f32,
     brake: f32,
     /// The largest |P_uv| / R, and the cycles so far.
-    pub worst: f32,
+    worst: f32,
     pub sweeps: u32,
     since_restart: u8,
     /// When progress is looked at next, and what the worst spring was too long at the last look.
