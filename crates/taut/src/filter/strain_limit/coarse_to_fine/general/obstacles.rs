@@ -72,20 +72,8 @@ struct Rows {
     come: Vec<Come>,
     kept: Vec<Kept>,
     nodes: Vec<(u32, f32)>,
-    /// Workspace: where those begin whose first particle is such a one; and what shall be kept.
+    /// Workspace: where those begin whose first particle is such a one.
     starts: Vec<u32>,
-    first: Vec<First>,
-}
-
-/// What shall be kept of rows that are alike, where it is found to count.
-#[derive(Debug)]
-struct First {
-    from: u32,
-    room: f32,
-    row: u32,
-    alike: Range<usize>,
-    total: f32,
-    found: Option<Blocked>,
 }
 
 /// The rows of all coarse levels, from the second finest on.
@@ -134,7 +122,7 @@ impl Obstacles {
                         on(raise(nodes.map(|&(particle, part)| (places[particle as usize], part)), below), row.normal.extend(0.0))
                     };
                     here[0].find(rows.len(), level.d.len(), pool, |number| number as u32, find);
-                    here[0].keep(pool, |number| (number as u32, rows[number].room, rows[number].push), find);
+                    here[0].keep(|number| (number as u32, rows[number].room, rows[number].push), find);
                 }
                 Some(Rows { kept, nodes, .. }) => {
                     let find = |number: usize| {
@@ -142,7 +130,7 @@ impl Obstacles {
                         on(raise(nodes[row.nodes.clone()].iter().copied(), below), row.normal)
                     };
                     here[0].find(kept.len(), level.d.len(), pool, |number| kept[number].row, find);
-                    here[0].keep(pool, |number| (kept[number].row, kept[number].room, kept[number].total), find);
+                    here[0].keep(|number| (kept[number].row, kept[number].room, kept[number].total), find);
                 }
             }
         }
@@ -227,10 +215,11 @@ impl Rows {
 
     /// Keeps the one with the least room of rows with the same key, the first of equal ones; all with that key have their share of its push.
     /// `of` tells of each which it is, its room, and its push.
-    fn keep(&mut self, pool: &Pool, of: impl Fn(usize) -> (u32, f32, f32), find: impl Fn(usize) -> Option<Blocked> + Sync) {
-        let Self { come, kept, nodes, first, .. } = self;
-        first.clear();
-        let mut start = 0;
+    fn keep(&mut self, of: impl Fn(usize) -> (u32, f32, f32), find: impl Fn(usize) -> Option<Blocked>) {
+        let Self { come, kept, nodes, .. } = self;
+        kept.clear();
+        nodes.clear();
+        let mut first = 0;
         for alike in come.chunk_by_mut(|a, b| a.key == b.key) {
             let (mut total, mut least) = (0.0, (f32::INFINITY, 0, alike[0].from));
             for one in alike.iter_mut() {
@@ -244,15 +233,9 @@ impl Rows {
             let equal = (alike.len() as f32).recip();
             alike.iter_mut().for_each(|one| one.share = if total > 0.0 { one.share / total } else { equal });
             let (room, row, from) = least;
-            let alike = start..start + alike.len();
-            start = alike.end;
-            first.push(First { from, room, row, alike, total, found: None });
-        }
-        for_each_chunk(first, pool, |_, first| first.iter_mut().for_each(|one| one.found = find(one.from as usize)));
-        kept.clear();
-        nodes.clear();
-        for First { room, row, alike, total, found, .. } in first.drain(..) {
-            if let Some(Blocked { nodes: (own, count), normal, give, .. }) = found {
+            let alike = first..first + alike.len();
+            first = alike.end;
+            if let Some(Blocked { nodes: (own, count), normal, give, .. }) = find(from as usize) {
                 let start = nodes.len();
                 nodes.extend(&own[..count]);
                 kept.push(Kept { nodes: start..nodes.len(), normal, room, give, row, alike, total, push: 0.0 });
