@@ -178,6 +178,56 @@ fn bodies_carry_cloth_and_contacts_say_where() {
 }
 
 #[test]
+fn a_body_that_is_turned_takes_cloth_along() {
+    let cloth = Cloth::grid([0.3, 0.3], [8, 8]).axes([Axis::X, Axis::Y]).translate([-0.15, -0.15, 0.02]).thickness(0.01);
+    let table = Body::cuboid([0.0, 0.0, -0.1], [2.0, 2.0, 0.2]).friction(0.9);
+    let mut world = World::builder().cloth(cloth).body(table).build().expect("a world");
+    let side = |world: &World| {
+        let places = world.positions(0).expect("a cloth");
+        let [a, b] = [places[0], places[8]];
+        f64::from(b[1] - a[1]).atan2(f64::from(b[0] - a[0]))
+    };
+    frames(&mut world, 30);
+    let before = side(&world);
+    for frame in 1..=60 {
+        world.pose_body(0, [0.0; 3], [0.0, 0.0, 0.01 * f64::from(frame)], FRAME).expect("a body");
+        frames(&mut world, 1);
+    }
+    assert!((side(&world) - before - 0.6).abs() < 0.02, "turned by {}", side(&world) - before);
+    let corner = world.body_positions(0).expect("a body")[0];
+    let (sine, cosine) = 0.6_f64.sin_cos();
+    assert!((corner[0] + cosine - sine).abs() < 1e-9 && (corner[1] + cosine + sine).abs() < 1e-9, "{corner:?}");
+    world.move_body(0, [0.0, 0.0, -0.5], 0.0).expect("a body");
+    let lower = world.body_positions(0).expect("a body")[0];
+    assert!((0..2).all(|axis| (lower[axis] - corner[axis]).abs() < 1e-9), "{lower:?} stays turned as {corner:?}");
+}
+
+#[test]
+fn a_body_whose_vertices_are_told_goes_there() {
+    let (positions, triangles) = mesh(2);
+    let mut world = World::builder()
+        .cloth(sheet().translate([0.0, 1.0, 0.0]))
+        .body(Body::mesh(&positions, &triangles))
+        .build()
+        .expect("a world");
+    let to: Vec<[f32; 3]> = positions.iter().map(|place| [place[0], 0.5 * place[1], place[2] + 0.25]).collect();
+    world.set_body_vertices(0, &to, 2.0 * FRAME).expect("a body");
+    let off = |world: &World, part: f64| {
+        let now = world.body_positions(0).expect("a body");
+        let ways = now.iter().zip(positions.iter().zip(&to)).flat_map(|(now, (from, to))| {
+            (0..3).map(|axis| (now[axis] - f64::from(from[axis]) * (1.0 - part) - f64::from(to[axis]) * part).abs())
+        });
+        ways.fold(0.0, f64::max)
+    };
+    for part in [0.5, 1.0, 1.0] {
+        frames(&mut world, 1);
+        assert!(off(&world, part) < 1e-7, "{} off at {part}", off(&world, part));
+    }
+    world.set_body_vertices(0, &positions, 0.0).expect("a body");
+    assert!(off(&world, 0.0) < 1e-7, "at once");
+}
+
+#[test]
 fn animated_bodies_go_their_way() {
     let (positions, triangles) = mesh(2);
     let moved = |by: f32| positions.iter().map(|place| [place[0], place[1] + by, place[2]]).collect::<Vec<_>>();
@@ -378,6 +428,14 @@ fn what_is_wrong_with_a_call_is_refused_and_changes_nothing() {
     refused(world.move_body(1, home, 0.0), "body = 1");
     refused(world.move_body(0, [NAN; 3], 0.0), "offset = ");
     refused(world.move_body(0, home, -1.0), "over = -1");
+    refused(world.pose_body(1, home, home, 0.0), "body = 1");
+    refused(world.pose_body(0, [NAN; 3], home, 0.0), "offset = ");
+    refused(world.pose_body(0, home, [0.0, f64::INFINITY, 0.0], 0.0), "rotation = ");
+    refused(world.pose_body(0, home, home, NAN), "over = NaN");
+    refused(world.set_body_vertices(1, &[home], 0.0), "body = 1");
+    refused(world.set_body_vertices(0, &[home; 2], 0.0), "positions = ");
+    refused(world.set_body_vertices(0, &[[NAN; 3]], 0.0), "positions[0] = ");
+    refused(world.set_body_vertices(0, &[home], -1.0), "over = -1");
     refused(world.body_positions(1), "body = 1");
     assert_eq!((world.snapshot(), world.gravity(), world.wind()), (before, [0.0, 0.0, -9.81], None));
 }

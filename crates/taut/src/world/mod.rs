@@ -1,5 +1,6 @@
 //! Cloth for programs: a builder of scenes, a world that steps, and what it tells. Nothing is decided here.
 
+mod bodies;
 mod body;
 mod builder;
 mod cloth;

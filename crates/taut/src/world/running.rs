@@ -34,9 +34,9 @@ const LONGEST: f64 = 60.0;
 /// # Ok::<(), taut::Error>(())
 /// ```
 pub struct World {
-    model: Model,
-    state: State,
-    inputs: Inputs,
+    pub(super) model: Model,
+    pub(super) state: State,
+    pub(super) inputs: Inputs,
     wind: Option<Wind>,
     work: Work,
     seen: Seen,
@@ -150,18 +150,6 @@ impl World {
     #[must_use]
     pub fn cloth_named(&self, name: &str) -> Option<usize> {
         self.model.cloths.iter().position(|cloth| cloth.name == name)
-    }
-
-    /// How many bodies there are.
-    #[must_use]
-    pub fn body_count(&self) -> usize {
-        self.model.bodies.list.len()
-    }
-
-    /// The body of a name.
-    #[must_use]
-    pub fn body_named(&self, name: &str) -> Option<usize> {
-        self.model.bodies.list.iter().position(|body| body.name == name)
     }
 
     /// Where the vertices of a cloth are [m].
@@ -294,31 +282,6 @@ impl World {
         Ok(())
     }
 
-    /// Sends a body off the place, or the path, that it was given: within `over` seconds it goes straight to `offset` beside it [m].
-    /// With the `dt` of the next step for `over` it arrives at its end. With 0 it is there at once, and cloth is not moved out of its way.
-    ///
-    /// # Errors
-    /// There is no such body, the offset is not finite or too far, the time is none.
-    pub fn move_body(&mut self, body: usize, offset: [impl Into<f64>; 3], over: f64) -> Result<(), Error> {
-        below("body", body, self.body_count())?;
-        duration("over", over)?;
-        let to = near(|| "offset".to_owned(), offset.map(Into::into))?;
-        let Self { model, state, inputs, .. } = self;
-        state.pose_body(model, inputs, body, to, None, over);
-        Ok(())
-    }
-
-    /// Where the vertices of a body are [m]: the middle of a sphere; the ends of the line of a capsule; a point of a plane and the one 1 m
-    /// from it along its normal; the corners of a box; those of a mesh.
-    ///
-    /// # Errors
-    /// There is no such body.
-    pub fn body_positions(&self, body: usize) -> Result<Vec<[f64; 3]>, Error> {
-        below("body", body, self.body_count())?;
-        let own = self.model.bodies.list[body].vertices.clone();
-        Ok(self.state.bodies[own].iter().map(|place| place.to_array()).collect())
-    }
-
     /// Where cloth touched something in the last step; nothing before the first one, and after [`Self::restore`].
     #[must_use]
     pub fn contacts(&self) -> Vec<Contact> {
@@ -408,7 +371,7 @@ impl Seen {
 }
 
 /// A place that is finite and not too far away.
-fn near(name: impl Fn() -> String, place: [f64; 3]) -> Result<DVec3, Error> {
+pub(super) fn near(name: impl Fn() -> String, place: [f64; 3]) -> Result<DVec3, Error> {
     if place.iter().all(|part| part.abs() <= FARTHEST) {
         return Ok(place.into());
     }
