@@ -94,6 +94,28 @@ def test_a_thrown_box_sweeps_two_cloths_along() -> None:
     assert simulation.positions[:, 1].max() > 0.15
 
 
+def test_pins_that_a_body_holds_back_wait_and_come_back_little_by_little() -> None:
+    size, cells = 0.3, 10
+    pins = [{"edge": "top", "move": [[0.0, [0, 0, 0]], [0.3, [0, 0.3, 0]]]}]
+    grid = {"size": [size, size], "cells": [cells, cells], "axes": ["x", "z"], "origin": [-0.15, 0, 0.5]}
+    wall = {"name": "wall", "box": {"center": [0, 0.2, 0.7], "size": [1, 0.2, 1]}}
+    cloth = {"grid": grid, "density": 0.2, "thickness": 0.004, "pins": pins}
+    simulation = Simulation(Scene({"cloth": [cloth], "body": [wall]}))
+    held = simulation.pin_groups[0]
+    for _ in range(30):
+        report = simulation.step(simulation.substeps)
+        assert report.lost_motion < 0.5, "the rest of the cloth goes on"
+    assert np.all(np.abs(simulation.exact_positions[held, 1] - 0.1) < 0.004), "they are at the wall"
+    simulation.shift_body("wall", [5, 0, 0])
+    longest = 0.25 * np.sqrt(2) * size / cells * simulation.substeps
+    for _ in range(60):
+        before = simulation.exact_positions[held]
+        simulation.step(simulation.substeps)
+        ways = np.linalg.norm(simulation.exact_positions[held] - before, axis=1)
+        assert ways.max() < longest
+    assert np.all(np.abs(simulation.exact_positions[held, 1] - 0.3) < 1e-6), "they are back on their path"
+
+
 @pytest.mark.parametrize(("on", "mesh"), [("cloth", False), ("cloth", True), ("box", True)])
 def test_sliding_over_edges_of_what_is_flat_is_coulombs(on: str, mesh: bool) -> None:
     """At 1.05 of the tangent a hundredth of the friction is a fifth of the acceleration."""

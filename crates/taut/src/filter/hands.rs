@@ -56,8 +56,7 @@ pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors, held
     let time = state.clock.next(plan.length).time();
     for shift in inputs.grips.shifts() {
         let offset = &mut state.offsets[shift.group];
-        offset.pace =
-            if held_back { (offset.pace * PACE_DECREASE).max(LEAST_PACE) } else { (offset.pace * PACE_INCREASE).min(1.0) };
+        offset.pace = next_pace(offset.pace, held_back);
         if let (true, Some(&particle)) = (held_back, model.pins[shift.group].particles.first()) {
             let cloth = model.pins[shift.group].cloth;
             let gone = state.origins[cloth] - model.origins[cloth].at;
@@ -65,6 +64,11 @@ pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors, held
             offset.now = ends.get(particle as usize).as_dvec3() + gone - on_path;
         }
     }
+}
+
+/// The part of their speed that pins ask for in the next step [1].
+pub(super) fn next_pace(pace: f64, held_back: bool) -> f64 {
+    if held_back { (pace * PACE_DECREASE).max(LEAST_PACE) } else { (pace * PACE_INCREASE).min(1.0) }
 }
 
 /// The hands on what is neither pinned nor held.

@@ -12,6 +12,7 @@ use crate::model::Model;
 use crate::scene::FilterKind;
 use crate::schedule::{Plan, Stride};
 use crate::state::{Past, State};
+use held::CATCHES_UP;
 use strain_limit::StrainLimit;
 
 /// What a filter did in one step.
@@ -117,6 +118,7 @@ pub fn apply(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, filter: 
     let contact = strain_limit.watch().map(Watch::take).unwrap_or_default();
     let solve = (all - contact.detection - contact.certificate).max(0.0);
     watch.times = watch.times.and(Times { solve, ..contact });
+    held::finish(stride, state, ends);
     hands::finish(stride, state, ends, limited.held_back_pins > 0);
     limited
 }

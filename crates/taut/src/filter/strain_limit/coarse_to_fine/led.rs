@@ -7,13 +7,11 @@
 
 use glam::DVec3;
 
+use crate::filter::CATCHES_UP;
 use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::State;
 
-/// A body that was held back comes nearer to its path by this part of what that moves in a step at most [1], or of a cell of the cloth in
-/// an automatic step.
-const CATCHES_UP: f64 = 0.25;
 /// The first try is this part of a cell [1]; so many steps pass before it where none was of use.
 const FIRST_TRY: f64 = 1e-3;
 const WAITS: f32 = 16.0;
