@@ -9,7 +9,7 @@ use super::crossing::Motion;
 use super::detect::{Detection, Pair};
 use super::proximity::{Closest, Kind};
 use super::surfaces::Surfaces;
-use super::ways::{Four, Look};
+use super::ways::Four;
 use super::{FLOOR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 
@@ -64,7 +64,7 @@ impl Cuts {
         for_each_part(&mut self.parts[..count], count * CHUNK, pool, |index, (cuts, closest)| {
             cuts.clear();
             *closest = f64::INFINITY;
-            let mut each = |(pair, gap, _): (Pair, f32, bool)| {
+            let mut each = |(pair, gap): (Pair, f32)| {
                 if let Some((cut, distance)) = look(surfaces, places, pair, gap) {
                     *closest = closest.min(distance);
                     cuts.extend(cut);
@@ -72,7 +72,7 @@ impl Cuts {
             };
             let found = chunk(index).into_iter().flatten();
             if index >= of_first {
-                found.for_each(|candidate| each((candidate.pair, candidate.gap, false)));
+                found.for_each(|candidate| each((candidate.pair, candidate.gap)));
                 return;
             }
             // Those that were found on another way are looked at on this one.
@@ -80,10 +80,10 @@ impl Cuts {
             for candidate in found.filter(|candidate| !detection.is_asked(&candidate.pair)) {
                 let four = &mut fours[candidate.pair.kind as usize];
                 if four.put(candidate.pair.corners) {
-                    four.take(&detection.ways, Look::default()).for_each(&mut each);
+                    four.take(&detection.ways, None).for_each(&mut each);
                 }
             }
-            fours.iter_mut().for_each(|four| four.take(&detection.ways, Look::default()).for_each(&mut each));
+            fours.iter_mut().for_each(|four| four.take(&detection.ways, None).for_each(&mut each));
         });
         for (cuts, closest) in &self.parts[..count] {
             self.list.extend(cuts);

@@ -6,7 +6,7 @@ use super::met::{Meetings, Met};
 use super::proximity::Kind;
 use super::surfaces::{Owner, Surfaces, Thick};
 use super::tree::{Bounds, Leaf, Tree};
-use super::ways::{Asks, Four, Look, Ways};
+use super::ways::{Asks, Four, LANES, Ways};
 use super::{FLOOR, MARGIN, Places};
 use crate::geometry::{Pool, for_each_part};
 
@@ -194,7 +194,7 @@ impl Detection {
             pairs.clear();
             let fours = [Kind::PointTriangle, Kind::EdgeEdge].map(Four::new);
             let rules = Rules { owners: None, margin: 0.0, of_near_part: None, asks: None };
-            let mut found = Found { ways, rules, bounds, asked, fours, pairs };
+            let mut found = Found { ways, rules, bounds, asked, fours, pairs, settled: 0 };
             let rules = |owners: [Owner; 2]| Rules::of(surfaces, owners, margin, for_rows);
             for &Met { trees, leaves: [one, two], thick: number } in met[index * PART..].iter().take(PART) {
                 let [a, b] = trees.map(tree);
@@ -260,6 +260,8 @@ struct Found<'a> {
     /// Pairs that have not been looked at yet, by their kind.
     fours: [Four; 2],
     pairs: &'a mut Vec<Candidate>,
+    /// Of so many of the pairs it is known whether they may ask for a row.
+    settled: usize,
 }
 
 /// What counts between two owners.
@@ -374,18 +376,38 @@ impl Found<'_> {
         }
     }
 
+    /// Looks at all that wait, and finds out which of the pairs that are near enough may ask for rows: that takes longer, so it comes last.
     fn look_at_all(&mut self) {
         self.look(Kind::PointTriangle);
         self.look(Kind::EdgeEdge);
+        if let Some(asks) = self.rules.asks {
+            self.ask(Kind::PointTriangle, asks[0]);
+            self.ask(Kind::EdgeEdge, asks[1]);
+        }
+        self.settled = self.pairs.len();
     }
 
     /// Keeps those of the pairs of a kind that wait which are near enough.
     fn look(&mut self, kind: Kind) {
-        let Self { ways, rules: Rules { margin, of_near_part, asks, .. }, fours, pairs, .. } = self;
-        let asks = asks.as_ref().map(|asks| asks[kind as usize]);
-        let look = Look { of_near_part: *of_near_part, asks };
-        let near = fours[kind as usize].take(ways, look).filter(|(_, gap, _)| f64::from(*gap) < *margin);
-        pairs.extend(near.map(|(pair, gap, may_ask)| Candidate { pair, gap, may_ask }));
+        let Self { ways, rules: Rules { margin, of_near_part, .. }, fours, pairs, .. } = self;
+        let near = fours[kind as usize].take(ways, *of_near_part).filter(|(_, gap)| f64::from(*gap) < *margin);
+        pairs.extend(near.map(|(pair, gap)| Candidate { pair, gap, may_ask: false }));
+    }
+
+    /// Finds out which of those of a kind that are not known yet may ask for rows.
+    fn ask(&mut self, kind: Kind, asks: Asks) {
+        let Self { ways, pairs, settled, .. } = self;
+        let (mut four, mut waiting) = (Four::new(kind), [0; LANES]);
+        for index in *settled..pairs.len() {
+            let Candidate { pair, gap, .. } = pairs[index];
+            if pair.kind == kind && gap < asks.within {
+                waiting[four.count()] = index;
+                if four.put(pair.corners) {
+                    four.may_ask(ways, asks).zip(waiting).for_each(|(may_ask, index)| pairs[index].may_ask = may_ask);
+                }
+            }
+        }
+        four.may_ask(ways, asks).zip(waiting).for_each(|(may_ask, index)| pairs[index].may_ask = may_ask);
     }
 }
 

@@ -153,7 +153,7 @@ impl Contact {
         rows.take_planes(surfaces, places);
         rows.take_thick(surfaces, places, detection, pool);
         rows.take_asked(surfaces, tangle.asked());
-        rows.sort(places);
+        rows.sort(places, pool);
         watch.times.detection += watch.now() - start;
     }
 
@@ -185,10 +185,10 @@ impl Contact {
     }
 
     /// Makes rows of what the last certificate found.
-    pub fn add_rows_of_cuts(&mut self) {
+    pub fn add_rows_of_cuts(&mut self, pool: &Pool) {
         let Self { surfaces, places, rows, cuts, .. } = self;
         rows.take_cuts(surfaces, places, cuts);
-        rows.arrange(places);
+        rows.arrange(places, pool);
     }
 }
 

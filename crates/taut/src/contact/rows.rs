@@ -182,8 +182,10 @@ impl Rows {
             let things = things[index * CHUNK..].iter().take(CHUNK);
             part.extend(things.filter_map(|&thing| Some(self.row(surfaces, &wanted(thing)?))));
         });
-        parts[..count].iter().flatten().for_each(|row| self.add(*row));
+        let first = self.list.len();
+        parts[..count].iter().for_each(|part| self.list.extend_from_slice(part));
         self.parts = parts;
+        self.number(first);
     }
 
     /// Makes rows of what brings intersecting things apart, without friction.
@@ -261,12 +263,20 @@ impl Rows {
     }
 
     /// Adds a row whose ends are vertices.
-    fn add(&mut self, mut row: Row) {
-        for (end, part) in row.ends.iter_mut().zip(row.parts) {
-            *end = if part == 0.0 { 0 } else { self.local(*end) };
-        }
-        row.give = self.give(row.ends, row.parts);
+    fn add(&mut self, row: Row) {
         self.list.push(row);
+        self.number(self.list.len() - 1);
+    }
+
+    /// Gives rows from `first` on, whose ends are vertices, places in the workspace instead.
+    fn number(&mut self, first: usize) {
+        for index in first..self.list.len() {
+            let Row { ends, parts, .. } = self.list[index];
+            let ends = [0, 1, 2, 3].map(|end| if parts[end] == 0.0 { 0 } else { self.local(ends[end]) });
+            let give = self.give(ends, parts);
+            let row = &mut self.list[index];
+            (row.ends, row.give) = (ends, give);
+        }
     }
 
     /// What a row gives [kg]; nothing if all is held.

@@ -17,7 +17,7 @@ const OF_DIFFERENCES: f32 = 24.0 * f32::EPSILON;
 /// Lines that are no longer than this say nothing: their squares are too small for numbers [m].
 const SHORTEST: f32 = 1e-18;
 /// So many pairs are looked at together.
-const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// Where vertices start and end [m].
 #[derive(Debug, Default)]
@@ -40,14 +40,6 @@ pub(crate) struct Asks {
     pub are_sides: bool,
 }
 
-/// What is looked for: how far the features of four pairs are apart, or, if only that much of a first edge counts, as a capsule is long,
-/// whether they come as near as so far [m]; and what they ask of rows, if any may.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Look {
-    pub of_near_part: Option<f32>,
-    pub asks: Option<Asks>,
-}
-
 /// The corners of four pairs as seen from the first one of each, at the start and at the end of the step: each coordinate of all four [m].
 struct Seen {
     from: [[Vec4; 3]; 4],
@@ -62,6 +54,11 @@ impl Four {
         Self { kind, corners: [[0; 4]; LANES], count: 0 }
     }
 
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
     /// Takes one more. Returns whether that makes four.
     pub fn put(&mut self, corners: [u32; 4]) -> bool {
         self.corners[self.count] = corners;
@@ -69,19 +66,20 @@ impl Four {
         self.count == LANES
     }
 
-    /// Gives them back and goes on with none. Tells of each how far its features are apart at least [m], and, if it is said what is asked of
-    /// rows, whether it may ask for one.
+    /// Gives them back and goes on with none. Tells of each how far its features are apart at least [m]; where only that much of a first edge
+    /// counts, as a capsule is long, whether they come as near as `of_near_part`.
     #[inline(always)]
-    pub fn take(&mut self, ways: &Ways, look: Look) -> impl Iterator<Item = (Pair, f32, bool)> + use<> {
-        let (mut gaps, mut may_ask) = ([0.0; LANES], 0);
-        if self.count > 0 {
-            let seen = ways.see(self.filled());
-            gaps = seen.gaps(self.kind, look.of_near_part).to_array();
-            may_ask = look.asks.map_or(0, |asks| !seen.ask_for_none(self.kind, asks).bitmask());
-        }
+    pub fn take(&mut self, ways: &Ways, of_near_part: Option<f32>) -> impl Iterator<Item = (Pair, f32)> + use<> {
+        let gaps = if self.count > 0 { ways.see(self.filled()).gaps(self.kind, of_near_part).to_array() } else { [0.0; LANES] };
         let (kind, corners) = (self.kind, self.corners);
-        let of = move |lane: usize| (Pair { kind, corners: corners[lane] }, gaps[lane], may_ask >> lane & 1 == 1);
-        (0..std::mem::take(&mut self.count)).map(of)
+        (0..std::mem::take(&mut self.count)).map(move |lane| (Pair { kind, corners: corners[lane] }, gaps[lane]))
+    }
+
+    /// Goes on with none. Tells of each that there was whether it may ask for a row.
+    #[inline(always)]
+    pub fn may_ask(&mut self, ways: &Ways, asks: Asks) -> impl Iterator<Item = bool> + use<> {
+        let none = if self.count > 0 { ways.see(self.filled()).ask_for_none(self.kind, asks).bitmask() } else { 0 };
+        (0..std::mem::take(&mut self.count)).map(move |lane| none >> lane & 1 == 0)
     }
 
     /// The corners, with the first pair in the lanes that are left.
@@ -264,13 +262,18 @@ mod tests {
     use super::*;
     use crate::contact::proximity::Closest;
 
-    /// A first look at the pair of all four places.
-    fn looked_at(kind: Kind, places: &Places, look: Look) -> (Pair, f32, bool) {
+    /// What is told of the pair of all four places.
+    fn looked_at<T>(kind: Kind, places: &Places, tell: impl FnOnce(&mut Four, &Ways) -> T) -> T {
         let mut list = Ways::new(4);
         list.take(places, |_| 0.0, &mut [Bounds::NOTHING; 4], &Pool::new(1));
         let mut four = Four::new(kind);
         four.put([0, 1, 2, 3]);
-        let mut found = four.take(&list, look);
+        tell(&mut four, &list)
+    }
+
+    /// A first look at that pair.
+    fn gap(kind: Kind, places: &Places, of_near_part: Option<f32>) -> (Pair, f32) {
+        let mut found = looked_at(kind, places, |four, ways| four.take(ways, of_near_part));
         let first = found.next().expect("what was put");
         assert!(found.next().is_none(), "one was put");
         first
@@ -299,7 +302,7 @@ mod tests {
             let x: Vec<DVec3> = (0..4).map(|corner| DVec3::from(corners[corner]) * size + shift(corner)).collect();
             let ends = x.iter().zip(ways).map(|(x, way)| *x + DVec3::from(way) * 0.3 * size).collect();
             let places = Places { x, ends, ..Places::default() };
-            let (pair, gap, _) = looked_at(kind, &places, Look::default());
+            let (pair, gap) = gap(kind, &places, None);
             let gap = f64::from(gap);
             let motion = Motion::of(&places, pair);
             let distance = least(&motion);
@@ -340,7 +343,7 @@ mod tests {
             let ends: Vec<DVec3> = x.iter().zip(ways).map(|(x, way)| *x + DVec3::from(way) * fast * size).collect();
             let places = Places { x: x.to_vec(), ends, ..Places::default() };
             let limit = (within * size) as f32;
-            let (pair, gap, _) = looked_at(Kind::EdgeEdge, &places, Look { of_near_part: Some(limit), asks: None });
+            let (pair, gap) = gap(Kind::EdgeEdge, &places, Some(limit));
             let gap = f64::from(gap.min(limit));
             let motion = Motion::of(&places, pair);
             let distance = least(&motion);
@@ -354,7 +357,7 @@ mod tests {
             let x = vec![DVec3::ZERO, DVec3::X, DVec3::new(at, -0.005, apart), DVec3::new(at, 0.005, apart)];
             let ends = x.iter().map(|place| turned(*place)).collect();
             let places = Places { x, ends, ..Places::default() };
-            let of = |of_near_part: Option<f32>| looked_at(Kind::EdgeEdge, &places, Look { of_near_part, asks: None }).1;
+            let of = |of_near_part: Option<f32>| gap(Kind::EdgeEdge, &places, of_near_part).1;
             let lost = (apart as f32 - of(Some(apart as f32))).max(0.0);
             // The part that is near swings by its length times the angle.
             prop_assert!(lost < 1e-4 + 2.0 * angle.abs() as f32 * apart as f32, "{lost}");
@@ -379,7 +382,7 @@ mod tests {
             let ends = x.iter().zip(ways).map(|(x, way)| *x + DVec3::from(way) * 10_f64.powi(fast)).collect();
             let places = Places { x, ends, ..Places::default() };
             let asks = Asks { within: within as f32, are_sides };
-            let (_, _, may_ask) = looked_at(kind, &places, Look { asks: Some(asks), ..Look::default() });
+            let may_ask = looked_at(kind, &places, |four, ways| four.may_ask(ways, asks).eq([true]));
             let at = |places: &[DVec3]| [places[0], places[1], places[2], places[3]];
             let closest = Closest::new(kind, &at(&places.x));
             let distance = closest.way.length();

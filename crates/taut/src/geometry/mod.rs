@@ -5,6 +5,7 @@
 mod awake;
 mod functions;
 mod parallel;
+mod places;
 mod pool;
 mod quads;
 mod registers;
@@ -18,6 +19,7 @@ mod watch;
 
 pub use functions::{cbrt, exp2, hypot, power, turn, turn_about, turn_between};
 pub use parallel::{CHUNK, for_each_chunk, for_each_of_both, for_each_part, for_each_two_chunks, sum_of_chunks, sum_over_chunks};
+pub use places::put_in_places;
 pub use pool::Pool;
 pub use quads::{by_axis, by_vector, differences, fill_quads, roots};
 pub use registers::{Registers, RegistersError, arch, choose, lanes};

@@ -86,6 +86,11 @@ impl Plan {
     pub fn of(&self, cloth: &ClothRange) -> &ClothPlan {
         &self.cloths[cloth.index]
     }
+
+    /// The step as a part of the automatic one of a cloth, at most 1 [1]; 1 where nothing vibrates.
+    pub(crate) fn part_of_automatic(&self, cloth: &ClothRange) -> f64 {
+        if cloth.rates.is_empty() { 1.0 } else { self.of(cloth).relative.min(1.0) }
+    }
 }
 
 impl ClothPlan {

@@ -4,11 +4,18 @@ use glam::Vec3;
 
 use super::{NONE, Row, Rows};
 
-/// The rows of each place in the workspace: those of place p are `rows[starts[p]..starts[p + 1]]`.
+/// The rows of each place in the workspace: those of place p are `rows[starts[p]..starts[p + 1]]`, if there are any starts.
 #[derive(Debug, Default)]
 pub(super) struct Index {
     starts: Vec<u32>,
     rows: Vec<u32>,
+}
+
+impl Index {
+    /// Goes on with rows that it does not know.
+    pub fn forget(&mut self) {
+        self.starts.clear();
+    }
 }
 
 impl Rows {
@@ -20,10 +27,12 @@ impl Rows {
         })
     }
 
-    /// Finds out which rows each vertex is in.
+    /// Finds out which rows each vertex is in, if that is not known.
     pub fn index(&mut self) {
         let Index { starts, rows } = &mut self.index;
-        starts.clear();
+        if !starts.is_empty() {
+            return;
+        }
         starts.resize(self.vertices.len() + 2, 0);
         for local in self.list.iter().flat_map(Row::locals) {
             starts[local + 2] += 1;

@@ -113,8 +113,9 @@ impl Touch {
         corrections: &mut Vectors,
         pool: &Pool,
     ) -> Limited {
-        let model = stride.model;
-        self.led.aim(stride, part_of_automatic(stride), state, &mut self.contact.places.turns);
+        let Stride { model, plan, .. } = stride;
+        let part = model.cloths.iter().map(|cloth| plan.part_of_automatic(cloth)).fold(1.0, f64::min);
+        self.led.aim(stride, part, state, &mut self.contact.places.turns);
         self.proposed.clone_from(ends);
         self.velocities.clone_from(&state.velocities);
         self.descents.clear();
@@ -135,7 +136,7 @@ impl Touch {
         self.where_is.load(&state.positions, ends); // 1
         let State { origins, positions, bodies, crept, .. } = &*state;
         self.contact.start(model, origins, positions, bodies, pool);
-        self.contact.go_on(crept, part_of_automatic(stride));
+        self.contact.go_on(crept, part);
         limited.penetrations = self.contact.untangle(state.may_cross, stride.plan.length) as u32;
         state.may_cross = limited.penetrations > 0;
         self.where_is.tell(&state.positions, units, ends, pool);
@@ -144,7 +145,7 @@ impl Touch {
         if self.contact.rows.stop_bodies(&self.contact.places, &mut self.stops) {
             self.led.shorten(stride, state, &self.stops);
             self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
-            self.contact.rows.arrange(&self.contact.places);
+            self.contact.rows.arrange(&self.contact.places, pool);
         }
         self.where_is.take(&self.contact.rows);
         limited.contacts = self.contact.rows.len() as u32;
@@ -175,7 +176,7 @@ impl Touch {
             }
             let repairs = if none_is_struck(&self.left_of_energy) { REPAIRS_IF_CALM } else { REPAIRS };
             if attempt < repairs {
-                self.contact.add_rows_of_cuts();
+                self.contact.add_rows_of_cuts(pool);
                 self.contact.rows.hold_gripped();
                 self.where_is.take(&self.contact.rows);
                 self.contact.rows.share();
@@ -194,7 +195,7 @@ impl Touch {
         units.iter().for_each(|unit| unit.forget_creep(state));
         limited.sweeps = self.descents.iter().map(|descent| descent.sweeps).sum();
         limited.closest = Some(self.contact.cuts.closest).filter(|closest| closest.is_finite());
-        limited.held_back_bodies = self.led.arrive(model, part_of_automatic(stride), state);
+        limited.held_back_bodies = self.led.arrive(model, part, state);
         limited
     }
 
@@ -427,10 +428,4 @@ impl Touch {
 /// Whether no cloth gains energy from what it touches, of all cloths such parts of their proposed energies being left [1].
 fn none_is_struck(left_of_energy: &[f64]) -> bool {
     !left_of_energy.is_empty() && left_of_energy.iter().all(|left| *left < 1.0)
-}
-
-/// The step as a part of the automatic one of a cloth, the least of all cloths and at most 1.
-fn part_of_automatic(Stride { model, plan, .. }: Stride<'_>) -> f64 {
-    let vibrates = model.cloths.iter().filter(|cloth| !cloth.rates.is_empty());
-    vibrates.map(|cloth| plan.of(cloth).relative).fold(1.0, f64::min)
 }

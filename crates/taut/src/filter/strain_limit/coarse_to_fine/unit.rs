@@ -446,5 +446,5 @@ impl Unit {
 /// lost, and more steps would lose more of the motion; but with back-offs in proportion to the step cycles do not end where
 /// masses differ.
 fn back_off_of_step(plan: &Plan, cloth: &ClothRange) -> f32 {
-    if cloth.rates.is_empty() { 1.0 } else { plan.of(cloth).relative.min(1.0).sqrt() as f32 }
+    plan.part_of_automatic(cloth).sqrt() as f32
 }

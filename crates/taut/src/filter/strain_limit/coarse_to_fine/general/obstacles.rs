@@ -10,7 +10,7 @@ use glam::Vec4;
 
 use super::level::GeneralLevel;
 use crate::contact::Obstacle;
-use crate::geometry::{Pool, for_each_chunk};
+use crate::geometry::{Pool, for_each_chunk, put_in_places};
 
 /// Particles of a level that a row may have; those of rows with more resist nothing there, nor on coarser levels.
 const MOST: usize = 16;
@@ -193,21 +193,9 @@ impl Rows {
                 *might = Might { row: row(from), key: find(from).map(|found| found.key) };
             }
         });
-        // By the first particle of their keys they fall into their places; few share that.
-        let place = |[first, _]: [u32; 2]| particles.min(first as usize);
-        starts.clear();
-        starts.resize(particles + 2, 0);
-        might.iter().filter_map(|might| might.key).for_each(|key| starts[place(key) + 1] += 1);
-        (1..starts.len()).for_each(|place| starts[place] += starts[place - 1]);
-        come.clear();
-        come.resize(starts[particles + 1] as usize, Come { key: [0; 2], from: 0, share: 0.0 });
-        for (from, might) in (0..).zip(&*might) {
-            if let Some(key) = might.key {
-                let start = &mut starts[place(key)];
-                come[*start as usize] = Come { key, from, share: 0.0 };
-                *start += 1;
-            }
-        }
+        // Few share the first particle of their keys.
+        let one = |(from, might): (u32, &Might)| might.key.map(|key| (key[0] as usize, Come { key, from, share: 0.0 }));
+        put_in_places((0..).zip(&*might).filter_map(one), particles, starts, come);
         for alike in come.chunk_by_mut(|a, b| a.key[0] == b.key[0]) {
             alike.sort_unstable_by_key(|one| (one.key[1], one.from));
         }
