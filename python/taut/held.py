@@ -41,8 +41,9 @@ class Held(Surrounded):
 
         What is held goes to its target whatever pulls at it, like a pin of the scene, until :meth:`release`;
         a pinned vertex leaves its path meanwhile. Where the cloth cannot follow, the filter
-        ``coarse_to_fine`` makes it wait. New targets cost nothing; when other vertices are held, the next
-        step costs about as much as building the simulation.
+        ``coarse_to_fine`` makes it wait. A body in its way stops it, and it goes on along that; where the
+        way is free again, it comes to its target little by little. New targets cost nothing; when other
+        vertices are held, the next step costs about as much as building the simulation.
 
         Args:
             vertices: index into :attr:`taut.Simulation.positions`, or several of them, shape (n,).

@@ -12,6 +12,7 @@ mod gripped;
 mod index;
 mod lanes;
 mod pinched;
+mod stopped;
 mod supports;
 mod touching;
 mod vertices;

@@ -11,10 +11,10 @@ use crate::state::State;
 /// A hand closes a gap to its target in about this time [s], unless that is above its speed: hands are as quick before small cloth as
 /// before large.
 const RESPONSE: f32 = 1.0 / 60.0;
-/// Pins that had to wait ask for this part of their speed in the next step, ..
-const PACE_DECREASE: f64 = 0.25;
+/// What is held and had to wait asks for this part of its speed in the next step, ..
+pub(super) const PACE_DECREASE: f64 = 0.25;
 /// .. and for this much more in every step in which they did not.
-const PACE_INCREASE: f64 = 1.1;
+pub(super) const PACE_INCREASE: f64 = 1.1;
 /// Less of its speed a pin never asks for: it must notice that the cloth lets it go on.
 const LEAST_PACE: f64 = 1e-3;
 

@@ -1,49 +1,69 @@
-//! Held particles go where their path or their target says, whatever pulls at them. Those that something in their way has held back go
-//! along with their path, and come back to it by a little in each step: what is in their way must be able to give way.
+//! Held particles go where their path or their target says, whatever pulls at them; but for what is in their way, where they stop
+//! (`stopped.rs` of the rows of contact). Those that were held back come back by a little in each step: what is in their way must be able to
+//! give way, and cloth is not thrown where nothing is in their way any more. Pins go along with their path meanwhile. Of what a user
+//! holds no path is known, only a place: it goes a little further in each step than in the last one, until it is there.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
-use super::hands::next_pace;
+use super::hands::{PACE_DECREASE, PACE_INCREASE, next_pace};
 use crate::geometry::Vectors;
-use crate::model::ClothRange;
+use crate::inputs::Target;
 use crate::schedule::Stride;
-use crate::state::{Clock, Offset, State};
+use crate::state::{Behind, State};
 
 /// What was held back, a pin or a body, comes nearer to its path by this part of what that moves in a step at most [1], or of a cell of the
 /// cloth in an automatic step.
 pub(super) const CATCHES_UP: f64 = 0.25;
-/// Pins that end beside their places by more than this part of a cell have been held back [1]: places are rounded.
+/// What ends beside its place by more than this part of a cell has been held back [1]: places are rounded.
 const LEAST_WAY: f64 = 1e-3;
 
 /// Gives each held particle the velocity that takes it to its place at the end of the step.
 pub(super) fn hold(stride: Stride<'_>, state: &mut State) {
     let step = stride.plan.length as f32;
-    let State { origins, positions, velocities, clock, offsets, .. } = state;
-    Places { stride, origins, positions, offsets, clock: *clock }.for_each(|particle, place| {
-        velocities.set(particle, (place - positions.get(particle)) / step);
+    let mut velocities = std::mem::take(&mut state.velocities);
+    Places { stride, state }.for_each(|particle, place| {
+        velocities.set(particle, (place - state.positions.get(particle)) / step);
     });
+    state.velocities = velocities;
 }
 
 /// Puts each held particle there.
 pub(super) fn place(stride: Stride<'_>, state: &State, ends: &mut Vectors) {
-    let State { origins, positions, clock, offsets, .. } = state;
-    Places { stride, origins, positions, offsets, clock: *clock }.for_each(|particle, place| ends.set(particle, place));
+    Places { stride, state }.for_each(|particle, place| ends.set(particle, place));
 }
 
-/// Ends a step: pins that had to wait go on more slowly.
-pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors) {
+/// Ends a step: pins that had to wait where it was cut go on more slowly, and so does what a user holds.
+pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors, was_cut: bool) {
     let Stride { model, inputs, .. } = stride;
+    if !model.contact.is_on {
+        return;
+    }
     let least = (LEAST_WAY * model.contact.cell) as f32;
+    let is_beside = |particle: usize, place: Vec3| ends.get(particle).distance(place) > least;
     for group in 0..state.offsets.len() {
-        let State { origins, positions, clock, offsets, .. } = &*state;
-        let places = Places { stride, origins, positions, offsets, clock: *clock };
+        let places = Places { stride, state };
         if places.may_wait(group) {
             let mut waited = false;
-            places.of_group(group, &mut |particle, place| {
-                let is_held = inputs.grips.particles().binary_search(&(particle as u32)).is_ok();
-                waited |= !is_held && ends.get(particle).distance(place) > least;
-            });
+            if was_cut {
+                places.of_group(group, &mut |particle, place| {
+                    let is_held = inputs.grips.particles().binary_search(&(particle as u32)).is_ok();
+                    waited |= !is_held && is_beside(particle, place);
+                });
+            }
             state.offsets[group].pace = next_pace(state.offsets[group].pace, waited);
+        }
+    }
+    state.behind.retain(|behind| inputs.grips.particles().binary_search(&behind.particle).is_ok());
+    for (particle, target) in inputs.grips.held() {
+        let (own, places) = (particle as usize, Places { stride, state });
+        let place = places.of_target(own, target);
+        let waited = was_cut && is_beside(own, places.on_its_way(own, place));
+        let speed = is_beside(own, place).then(|| places.next_speed(own, place, ends.get(own), waited));
+        match (state.behind.binary_search_by_key(&particle, |behind| behind.particle), speed) {
+            (Ok(number), Some(speed)) => state.behind[number].speed = speed,
+            (Err(number), Some(speed)) => state.behind.insert(number, Behind { particle, speed }),
+            (Ok(number), None) => drop(state.behind.remove(number)),
+            (Err(_), None) => {}
         }
     }
 }
@@ -51,44 +71,76 @@ pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors) {
 /// Where held particles are at the end of a step.
 struct Places<'a> {
     stride: Stride<'a>,
-    origins: &'a [DVec3],
-    positions: &'a Vectors,
-    offsets: &'a [Offset],
     /// Before the step.
-    clock: Clock,
+    state: &'a State,
 }
 
 impl Places<'_> {
     /// Calls `work` with each held particle and its place, from the origin of its cloth [m].
     fn for_each(&self, mut work: impl FnMut(usize, Vec3)) {
-        let Stride { model, inputs, plan, .. } = self.stride;
+        let Stride { model, inputs, .. } = self.stride;
         (0..model.pins.len()).for_each(|group| self.of_group(group, &mut work));
-        let start = self.clock.time();
         for (particle, target) in inputs.grips.held() {
             let particle = particle as usize;
-            let place = (target.place - self.origins[model.cloth_of(particle)]).as_vec3();
-            let part = target.part(plan.length, start);
-            let from = self.positions.get(particle);
-            work(particle, if part == 1.0 { place } else { from + (place - from) * part });
+            work(particle, self.on_its_way(particle, self.of_target(particle, target)));
         }
+    }
+
+    /// Where the target of a particle would have it, whatever is in its way [m].
+    fn of_target(&self, particle: usize, target: Target) -> Vec3 {
+        let Self { stride: Stride { model, plan, .. }, state } = *self;
+        let place = (target.place - state.origins[model.cloth_of(particle)]).as_vec3();
+        let part = target.part(plan.length, state.clock.time());
+        let from = state.positions.get(particle);
+        if part == 1.0 { place } else { from + (place - from) * part }
+    }
+
+    /// Where it goes on its way there [m].
+    fn on_its_way(&self, particle: usize, place: Vec3) -> Vec3 {
+        let from = self.state.positions.get(particle);
+        let most = self.speed_of(particle).map_or(f32::INFINITY, |speed| speed * self.stride.plan.length as f32);
+        if (place - from).length() > most { from + (place - from).clamp_length_max(most) } else { place }
+    }
+
+    /// How fast it may go, if it is behind its place [m/s].
+    fn speed_of(&self, particle: usize) -> Option<f32> {
+        let behind = &self.state.behind;
+        behind.binary_search_by_key(&(particle as u32), |held| held.particle).ok().map(|number| behind[number].speed)
+    }
+
+    /// How fast it may go from now on, as it ends beside its place [m/s]: more slowly where it had to wait, else faster than it went, or
+    /// as fast as pins come back.
+    fn next_speed(&self, particle: usize, place: Vec3, end: Vec3, waited: bool) -> f32 {
+        let Stride { model, plan, .. } = self.stride;
+        let (from, step) = (self.state.positions.get(particle), plan.length as f32);
+        if waited {
+            return PACE_DECREASE as f32 * self.on_its_way(particle, place).distance(from) / step;
+        }
+        let cell = model.contact.cell * plan.part_of_automatic(&model.cloths[model.cloth_of(particle)]);
+        let back = ((CATCHES_UP * cell) as f32 / step).min(self.speed_of(particle).unwrap_or(f32::INFINITY));
+        PACE_INCREASE as f32 * back.max(end.distance(from) / step)
     }
 
     /// The same of a pin group, whatever a user holds.
     fn of_group(&self, number: usize, work: &mut impl FnMut(usize, Vec3)) {
-        let Stride { model, inputs, plan, .. } = self.stride;
+        let Self { stride: Stride { model, inputs, plan, .. }, state } = *self;
         let group = &model.pins[number];
-        let offset = self.offsets[number].now - (self.origins[group.cloth] - model.origins[group.cloth].at);
-        let [from, to] =
-            [self.clock.time(), self.clock.next(plan.length).time()].map(|time| inputs.pins.places(model, number, time));
-        let (waits, pace) = (self.may_wait(number), self.offsets[number].pace);
-        let cell = model.contact.cell * self.part_of_automatic(&model.cloths[group.cloth]);
+        let offset = state.offsets[number].now - (state.origins[group.cloth] - model.origins[group.cloth].at);
+        let at = |time: f64| inputs.pins.places(model, number, time);
+        let (start, to) = (state.clock.time(), at(state.clock.next(plan.length).time()));
+        if !self.may_wait(number) {
+            let all = group.particles.iter().enumerate();
+            all.for_each(|(index, &particle)| work(particle as usize, (to.of(index) + offset).as_vec3()));
+            return;
+        }
+        let (from, pace) = (at(start), state.offsets[number].pace);
+        let cell = model.contact.cell * plan.part_of_automatic(&model.cloths[group.cloth]);
         for (index, &particle) in group.particles.iter().enumerate() {
-            let place = to.of(index) + offset;
-            let at = self.positions.get(particle as usize).as_dvec3();
+            let at = state.positions.get(particle as usize).as_dvec3();
             let (way, back) = (to.of(index) - from.of(index), from.of(index) + offset - at);
             let most = CATCHES_UP * way.length().max(cell);
-            let goes_on = !waits || pace == 1.0 && back.length() <= most;
-            let place = if goes_on { place } else { at + (way + back.clamp_length_max(most)) * pace };
+            let goes_on = pace == 1.0 && back.length() <= most;
+            let place = if goes_on { to.of(index) + offset } else { at + (way + back.clamp_length_max(most)) * pace };
             work(particle as usize, place.as_vec3());
         }
     }
@@ -98,10 +150,5 @@ impl Places<'_> {
     fn may_wait(&self, group: usize) -> bool {
         let Stride { model, inputs, .. } = self.stride;
         model.contact.is_on && inputs.grips.shifts().iter().all(|shift| shift.group != group)
-    }
-
-    /// The step as a part of the automatic one of a cloth, at most 1.
-    fn part_of_automatic(&self, cloth: &ClothRange) -> f64 {
-        if cloth.rates.is_empty() { 1.0 } else { self.stride.plan.of(cloth).relative.min(1.0) }
     }
 }

@@ -48,6 +48,17 @@ pub struct State {
     pub halving: Option<Halving>,
     /// How far each particle has crept along what it sticks to, and is to be taken back [m]; empty where nothing can touch.
     pub crept: Vectors,
+    /// What a user holds that something in its way keeps from where it should be, by rising particles.
+    pub behind: Vec<Behind>,
+}
+
+/// A held particle that is not where it should be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Behind {
+    /// Which.
+    pub particle: u32,
+    /// How fast it may go in the next step [m/s].
+    pub speed: f32,
 }
 
 /// How calm a cloth is, as its strain limit finds it.
@@ -174,6 +185,7 @@ impl State {
             may_cross: model.contact.untangles,
             halving: model.contact.is_on.then(Halving::default),
             crept: Vectors::zeros(if model.contact.is_on { model.particle_count() } else { 0 }),
+            behind: Vec::new(),
         }
     }
 
@@ -256,38 +268,59 @@ impl State {
         self.may_cross = other.may_cross;
         self.halving = other.halving;
         self.crept.copy_on(&other.crept, pool);
+        self.behind.clone_from(&other.behind);
     }
 
     /// The state with its vectors in the order of the user's vertices.
     #[must_use]
     pub fn to_vertices(&self, numbering: &Numbering) -> Self {
-        self.reordered(|vectors| numbering.to_vertices(vectors))
+        self.reordered(|vectors| numbering.to_vertices(vectors), |particle| numbering.vertex(particle))
     }
 
     /// The state from one whose vectors are in the order of the user's vertices.
     #[must_use]
     pub fn to_particles(&self, numbering: &Numbering) -> Self {
-        self.reordered(|vectors| numbering.to_particles(vectors))
+        self.reordered(|vectors| numbering.to_particles(vectors), |vertex| numbering.particle(vertex))
     }
 
-    fn reordered(&self, order: impl Fn(&Vectors) -> Vectors) -> Self {
+    fn reordered(&self, order: impl Fn(&Vectors) -> Vectors, number: impl Fn(u32) -> u32) -> Self {
         let Past { displacements, gains, length } = &self.past;
         let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
         let [positions, velocities, motion, crept] = [&self.positions, &self.velocities, &self.motion, &self.crept].map(order);
         let (origins, calm, offsets) = (self.origins.clone(), self.calm.clone(), self.offsets.clone());
         let (bodies, paces, may_cross) = (self.bodies.clone(), self.paces.clone(), self.may_cross);
         let (clock, halving) = (self.clock, self.halving);
-        Self { origins, positions, velocities, motion, clock, past, calm, offsets, bodies, paces, may_cross, halving, crept }
+        let mut behind = self.behind.clone();
+        behind.iter_mut().for_each(|held| held.particle = number(held.particle));
+        behind.sort_unstable_by_key(|held| held.particle);
+        Self {
+            origins,
+            positions,
+            velocities,
+            motion,
+            clock,
+            past,
+            calm,
+            offsets,
+            bodies,
+            paces,
+            may_cross,
+            halving,
+            crept,
+            behind,
+        }
     }
 
     /// XXH3 hash of the state. It is taken of all local positions, of all velocities of the motion, of the memory, if any, of particles
-    /// and of steps, each as x, y, z in little-endian `f32`, and of the origins: see [`hash_of`]. Offsets that pins have count as well.
+    /// and of steps, each as x, y, z in little-endian `f32`, and of the origins: see [`hash_of`]. Offsets that pins have, and what is held and behind its place, count as well.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let all = [&self.positions, self.of_motion()].into_iter().chain(self.memory());
         let hash = hash_of(all.flat_map(Vectors::iter).chain(self.memory_of_steps()), &self.origins);
         let moved = self.offsets.iter().filter(|offset| **offset != Offset::default());
-        moved.flat_map(Offset::numbers).fold(hash, |hash, number| hash.rotate_left(17) ^ xxh3_64(&number.to_le_bytes()))
+        let behind = self.behind.iter().flat_map(|held| [f64::from(held.particle), f64::from(held.speed)]);
+        let numbers = moved.flat_map(Offset::numbers).chain(behind);
+        numbers.fold(hash, |hash, number| hash.rotate_left(17) ^ xxh3_64(&number.to_le_bytes()))
     }
 }
 

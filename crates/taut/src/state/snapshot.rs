@@ -5,21 +5,21 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::{Calm, Clock, Offset, Past, State};
+use super::{Behind, Calm, Clock, Offset, Past, State};
 use crate::geometry::Vectors;
 use crate::inputs::{BodyForm, BodyShift, Grips, Target};
 use crate::model::Model;
 use crate::schedule::Halving;
 
 /// First bytes of every snapshot; the last one is the version of the layout, in base 36.
-const MAGIC: [u8; 8] = *b"TAUTSNPB";
+const MAGIC: [u8; 8] = *b"TAUTSNPC";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not from taut, or from a version that writes others.
-    #[error("these bytes are not a taut snapshot (version 11)")]
+    #[error("these bytes are not a taut snapshot (version 12)")]
     NotASnapshot,
     /// Cut short or altered since they were taken: the checksum does not fit.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -36,6 +36,7 @@ impl State {
     /// - the coordinate arrays of positions, V, velocities of the motion and the past, if any;
     /// - how calm cloths are, offsets of pins, places of bodies and how they come back to their paths;
     /// - whether anything may intersect, in how many parts steps are taken, how far particles have crept;
+    /// - held particles that are behind their places;
     /// - held particles, hands, moved pins, bodies whose vertices were told, moved bodies;
     /// - XXH3 of all these.
     #[must_use]
@@ -63,6 +64,11 @@ impl State {
         }
         for column in [&self.crept.x, &self.crept.y, &self.crept.z] {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
+        }
+        bytes.extend((self.behind.len() as u64).to_le_bytes());
+        for Behind { particle, speed } in &self.behind {
+            bytes.extend(particle.to_le_bytes());
+            bytes.extend(speed.to_le_bytes());
         }
         bytes.extend((grips.particles().len() as u64).to_le_bytes());
         for (particle, Target { place, arrival }) in grips.held() {
@@ -149,6 +155,9 @@ impl Reader<'_> {
             *halving = Halving::new(halvings, wait, patience);
         }
         state.crept = self.vectors(state.crept.len())?;
+        for _ in 0..self.whole()? {
+            state.behind.push(Behind { particle: self.particle(count)?, speed: self.single()? });
+        }
         let mut grips = Grips::default();
         for _ in 0..self.whole()? {
             let particle = self.particle(count)?;

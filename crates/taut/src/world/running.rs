@@ -199,7 +199,8 @@ impl World {
 
     /// Holds vertices: within `over` seconds they go straight to their places [m] and stay there, whatever their mass, until they are
     /// given other places or released. Pinned ones leave their pins. With the `dt` of the next step for `over` they arrive at its end.
-    /// With 0 they jump there, as far as the strain limit lets them.
+    /// With 0 they jump there, as far as the strain limit lets them. A body in their way stops them, and they go on along that; where the
+    /// way is free again, they come to their places little by little.
     ///
     /// # Errors
     /// There is no such cloth or vertex, there is not one place for each vertex, a place is not finite or too far away, a time is none.

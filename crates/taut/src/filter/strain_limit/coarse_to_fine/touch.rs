@@ -72,6 +72,7 @@ pub(super) struct Touch {
     carriers: Vec<Carried>,
     gains: Gains,
     stops: Vec<f64>,
+    stopped: Vec<u32>,
     joint: Joint,
 }
 
@@ -100,6 +101,7 @@ impl Touch {
             carriers: Vec::new(),
             gains: Gains::default(),
             stops: vec![1.0; model.bodies.rest.len()],
+            stopped: Vec::new(),
             joint: Joint::new(model, units),
         })
     }
@@ -147,6 +149,7 @@ impl Touch {
             self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
             self.contact.rows.arrange(&self.contact.places, pool);
         }
+        self.stop_held(units, stride, state);
         self.where_is.take(&self.contact.rows);
         limited.contacts = self.contact.rows.len() as u32;
         if !self.contact.rows.is_empty() {
@@ -197,6 +200,18 @@ impl Touch {
         limited.closest = Some(self.contact.cuts.closest).filter(|closest| closest.is_finite());
         limited.held_back_bodies = self.led.arrive(model, part, state);
         limited
+    }
+
+    /// Has what is held stop where bodies are in its way.
+    fn stop_held(&mut self, units: &mut [Unit], stride: Stride<'_>, state: &State) {
+        let Self { contact, stopped, where_is, proposed, velocities, .. } = self;
+        contact.rows.stop_held(&mut contact.places, stopped);
+        for particle in stopped.iter().map(|&particle| particle as usize) {
+            let way = (contact.places.ends[particle] - contact.places.x[particle]).as_vec3();
+            where_is.hold(units, particle, way);
+            proposed.set(particle, state.positions.get(particle) + way);
+            velocities.set(particle, way / stride.plan.length as f32);
+        }
     }
 
     /// Grips what bodies press between them; not where something heavy hangs on rows, which is solved with them, nor where something

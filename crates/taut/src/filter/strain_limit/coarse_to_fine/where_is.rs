@@ -58,6 +58,14 @@ impl WhereIs {
         (unit != NONE).then_some((unit as usize, own as usize))
     }
 
+    /// Has a held particle go such a way [m].
+    pub fn hold(&mut self, units: &mut [Unit], particle: usize, way: Vec3) {
+        match self.of(particle) {
+            Some((unit, own)) => units[unit].grip(own, way),
+            None => self.ways[particle] = way,
+        }
+    }
+
     /// Moves a particle [m].
     pub fn shift(&mut self, units: &mut [Unit], particle: usize, way: Vec3) {
         match self.of(particle) {
