@@ -147,6 +147,22 @@ def test_what_a_user_holds_stops_at_a_wall_goes_along_it_and_is_not_thrown() -> 
     np.testing.assert_allclose(simulation.exact_positions[held], target, atol=1e-6)
 
 
+@pytest.mark.parametrize("way", [[0.002, 0, 0], [0.001, 0, 0.001], [0, 0.001, -0.0002]])
+def test_what_is_held_inside_of_a_body_goes_freely(way: list[float]) -> None:
+    """So garments are fastened: an edge 2 mm inside of a rod goes along it, across it and deeper in."""
+    rod = {"name": "rod", "capsule": {"from": [-1, 0, 0.3], "to": [1, 0, 0.3], "radius": 0.03}}
+    grid = {"size": [0.3, 0.3], "cells": [10, 10], "axes": ["x", "z"], "origin": [-0.15, 0, -0.028]}
+    cloth = {"grid": grid, "density": 0.2, "thickness": 0.004}
+    simulation = Simulation(Scene({"cloth": [cloth], "body": [rod]}))
+    places = simulation.exact_positions
+    held = np.flatnonzero(places[:, 2] > places[:, 2].max() - 1e-9)
+    for frame in range(20):
+        target = places[held] + np.array(way) * (frame + 1)
+        simulation.hold(held, target)
+        simulation.step(simulation.substeps)
+        np.testing.assert_allclose(simulation.exact_positions[held], target, atol=1e-6)
+
+
 def test_what_is_held_and_behind_its_place_is_part_of_a_snapshot() -> None:
     simulation, held, start = held_into_a_wall()
     simulation.hold(held, start + [0, 0.2, 0], over=0.2)

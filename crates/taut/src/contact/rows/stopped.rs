@@ -15,12 +15,13 @@ const ROUNDING: f64 = 1e-6;
 const ROUNDS: usize = 8;
 
 impl Rows {
-    /// Shortens the ways of held vertices to where bodies leave them room. Tells which vertices that are, in rising order.
+    /// Shortens the ways of held vertices to where bodies leave them room. Tells which vertices that are, in rising order. What is inside of a
+    /// body goes freely: so garments are fastened.
     pub fn stop_held(&self, places: &mut Places, stopped: &mut Vec<u32>) {
         stopped.clear();
         for _ in 0..ROUNDS {
             let mut any = false;
-            for row in self.list.iter().filter(|row| row.give == 0.0 && self.is_of_body(row)) {
+            for row in self.list.iter().filter(|row| row.give == 0.0 && row.distance > 0.0 && self.is_of_body(row)) {
                 let normal = row.normal.as_dvec3();
                 let vertex = |end: usize| self.vertices[row.ends[end] as usize] as usize;
                 let is_held = |end: &usize| vertex(*end) < self.particles;

@@ -1,6 +1,7 @@
 //! All cloths of a step together, where they touch bodies, each other or themselves.
 //!
 //! 1. One cycle without contact, so that the ends of the step are sensible; what comes near on the way there becomes rows.
+//!    Bodies stop where they would go into what is held, and what is held where it would go into bodies.
 //! 2. Cycles of each cloth and sweeps over all rows in turn, until springs are short enough and rows are kept; the last few of both are put
 //!    right one by one (worklist.rs).
 //!    Cloths that bear something heavy on their rows are solved with these as one problem instead (joint.rs).
