@@ -312,7 +312,8 @@ impl State {
     }
 
     /// XXH3 hash of the state. It is taken of all local positions, of all velocities of the motion, of the memory, if any, of particles
-    /// and of steps, each as x, y, z in little-endian `f32`, and of the origins: see [`hash_of`]. Offsets that pins have, and what is held and behind its place, count as well.
+    /// and of steps, each as x, y, z in little-endian `f32`, and of the origins: see [`hash_of`]. Offsets that pins have count as
+    /// well, and what is held and behind its place.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let all = [&self.positions, self.of_motion()].into_iter().chain(self.memory());

@@ -184,7 +184,8 @@ impl Rows {
         find: impl Fn(usize) -> Option<Blocked> + Sync,
     ) {
         let Self { might, come, starts, .. } = self;
-        if might.len() == count && might.iter().enumerate().all(|(from, might)| might.row == row(from)) {
+        // Where there are none, those of the last time are still to go.
+        if count > 0 && might.len() == count && might.iter().enumerate().all(|(from, might)| might.row == row(from)) {
             return;
         }
         might.resize(count, Might { row: u32::MAX, key: None });
@@ -273,5 +274,21 @@ impl Blocked {
             with.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0))).map_or(u32::MAX, |node| node.0)
         };
         Some(Self { key: [largest(1.0), largest(-1.0)], nodes, normal, give: 1.0 / weight })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_no_rows_are_left_none_of_the_last_time_stay() {
+        let (mut rows, pool) = (Rows::default(), Pool::new(1));
+        let found = |_| Some(Blocked { key: [0, 1], nodes: ([(0, 1.0); MOST], 1), normal: Vec4::X, give: 1.0 });
+        rows.find(3, 2, &pool, |number| number as u32, found);
+        assert_eq!(rows.come.len(), 3);
+        rows.might.clear();
+        rows.find(0, 2, &pool, |number| number as u32, found);
+        assert!(rows.come.is_empty());
     }
 }
