@@ -284,31 +284,14 @@ impl State {
     }
 
     fn reordered(&self, order: impl Fn(&Vectors) -> Vectors, number: impl Fn(u32) -> u32) -> Self {
-        let Past { displacements, gains, length } = &self.past;
-        let past = Past { displacements: order(displacements), gains: order(gains), length: *length };
-        let [positions, velocities, motion, crept] = [&self.positions, &self.velocities, &self.motion, &self.crept].map(order);
-        let (origins, calm, offsets) = (self.origins.clone(), self.calm.clone(), self.offsets.clone());
-        let (bodies, paces, may_cross) = (self.bodies.clone(), self.paces.clone(), self.may_cross);
-        let (clock, halving) = (self.clock, self.halving);
-        let mut behind = self.behind.clone();
+        let mut state = self.clone();
+        let Self { positions, velocities, motion, past: Past { displacements, gains, .. }, crept, behind, .. } = &mut state;
+        for vectors in [positions, velocities, motion, displacements, gains, crept] {
+            *vectors = order(vectors);
+        }
         behind.iter_mut().for_each(|held| held.particle = number(held.particle));
         behind.sort_unstable_by_key(|held| held.particle);
-        Self {
-            origins,
-            positions,
-            velocities,
-            motion,
-            clock,
-            past,
-            calm,
-            offsets,
-            bodies,
-            paces,
-            may_cross,
-            halving,
-            crept,
-            behind,
-        }
+        state
     }
 
     /// XXH3 hash of the state. It is taken of all local positions, of all velocities of the motion, of the memory, if any, of particles
