@@ -62,12 +62,14 @@ fn momentum(model: &Model, state: &State) -> DVec3 {
     state.velocities.iter().zip(&model.particles.mass).map(|(velocity, &mass)| velocity.as_dvec3() * f64::from(mass)).sum()
 }
 
-fn limit(model: &Built, state: &mut State) {
+/// The number of sweeps that limiting a state takes.
+fn limit(model: &Built, state: &mut State) -> f64 {
     let pool = Pool::new(1);
     let mut ends = state.positions.clone();
     ends.set_scaled(0..model.particle_count(), &state.positions, &state.velocities, model.schedule.step_length as f32, &pool);
     let plan = model.plan();
-    apply(model.stride(&plan), state, &mut ends, &mut Filter::new(model, &plan), &pool);
+    let limited = apply(model.stride(&plan), state, &mut ends, &mut Filter::new(model, &plan), &pool);
+    f64::from(limited.sweeps)
 }
 
 /// Largest |P_uv| / R at the end of the step.
@@ -92,13 +94,19 @@ proptest! {
             state.velocities.set(0, Vec3::ZERO);
         }
         let (energy, before) = (kinetic_energy(&model, &state), momentum(&model, &state));
-        limit(&model, &mut state);
-        prop_assert!(worst(&model, &state) <= 1.0 + 1e-5, "{}", worst(&model, &state));
+        let fastest = state.velocities.iter().map(Vec3::length).fold(0.0, f32::max);
+        let sweeps = limit(&model, &mut state);
+        // Places are rounded in a box of 2 m: a short spring never meets the tolerance, and is swept until sweeps run out.
+        let place = 2.0 * f32::EPSILON;
+        let shortest = (0..model.springs.type1).map(|spring| model.springs.greatest_length(spring)).fold(f32::INFINITY, f32::min);
+        prop_assert!(worst(&model, &state) <= 1.0 + 1e-5 + place / shortest, "{}", worst(&model, &state));
         prop_assert!(kinetic_energy(&model, &state) <= energy * (1.0 + 1e-5));
         if !pinned {
-            // Places are rounded in a box of 2 m, and velocities come from them.
-            let rounding = model.particles.mass.iter().sum::<f32>() * 2.0 * f32::EPSILON / model.schedule.step_length as f32;
-            prop_assert!((momentum(&model, &state) - before).length() < 1e-5 * before.length() + f64::from(rounding));
+            // Velocities come from places, and every sweep rounds them once more.
+            let speed = f64::from(place / model.schedule.step_length as f32) + f64::from(fastest * f32::EPSILON) * sweeps;
+            let rounding = speed * f64::from(model.particles.mass.iter().sum::<f32>());
+            let lost = (momentum(&model, &state) - before).length();
+            prop_assert!(lost < 1e-5 * before.length() + rounding, "{lost} kg m/s lost, {rounding} by rounding");
         }
         let once = state.clone();
         limit(&model, &mut state);
