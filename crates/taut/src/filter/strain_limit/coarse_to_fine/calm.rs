@@ -1,6 +1,6 @@
 //! What a step tells the next one about how calm its cloth hangs.
 
-use super::{DOUBLED, HELD, LEAST_ROOM, NO_ROOM, PACE, SHRINK};
+use super::{HELD, LEAST_ROOM, NO_ROOM, PACE, SHRINK};
 
 /// How many cycles the next step takes at least, after one of which as much was asked and that took so many. It rises little by little: a
 /// single step that took many is no reason for all that follow.
@@ -12,9 +12,10 @@ pub(super) fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
     }
 }
 
-/// The room of coarse levels in the next step, after one with `room` whose limit left such a part of its kinetic energy.
-pub(super) fn room_from_now(room: f32, left_of_energy: f64) -> f32 {
-    if left_of_energy > DOUBLED {
+/// The room of coarse levels in the next step, after one with `room` that left such a part of its kinetic energy. Where its cycles pulled
+/// further than it moved, whatever made up for that, the next ones would do so again.
+pub(super) fn room_from_now(room: f32, left_of_energy: f64, is_too_far: bool) -> f32 {
+    if is_too_far {
         return (SHRINK * room).max(NO_ROOM);
     }
     let freedom = ((left_of_energy - HELD[0]) / (HELD[1] - HELD[0])).clamp(0.0, 1.0) as f32;

@@ -278,7 +278,7 @@ impl Unit {
     /// energy of the proposal that is left [1].
     pub fn settle_touching(&mut self, state: &mut State, descent: &Descent, pool: &Pool) -> f64 {
         let left_of_energy = self.left_of_energy(descent, pool);
-        self.remember(state, descent, left_of_energy);
+        self.remember(state, descent, left_of_energy, left_of_energy > DOUBLED);
         left_of_energy
     }
 
@@ -297,13 +297,13 @@ impl Unit {
         let model = stride.model;
         let mut left_of_energy = self.hand_out(frame, energy, pool);
         // Pins that move differently may ask for what no place allows.
-        let is_poor = !descent.is_done || left_of_energy > if self.is_small { RAISED } else { DOUBLED };
-        if let Some(frame) = frame.filter(|_| is_poor)
+        let is_too_far = left_of_energy > if self.is_small { RAISED } else { DOUBLED };
+        if let Some(frame) = frame.filter(|_| is_too_far || !descent.is_done)
             && self.solve(model, &state.positions, ends, frame, descent.rounding)
         {
             left_of_energy = self.hand_out(Some(frame), energy, pool);
         }
-        self.remember(state, descent, left_of_energy);
+        self.remember(state, descent, left_of_energy, is_too_far);
         // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is. It is not where a limit
         // has tightened, and what pulls the cloth within it does work.
         let tightened =
@@ -338,10 +338,11 @@ impl Unit {
         &mut *self.levels
     }
 
-    /// Remembers how calm the cloth hangs.
-    fn remember(&self, state: &mut State, descent: &Descent, left_of_energy: f64) {
+    /// Remembers how calm the cloth hangs, and whether its cycles pulled further than the step moves, whatever made up for that.
+    fn remember(&self, state: &mut State, descent: &Descent, left_of_energy: f64, is_too_far: bool) {
         let cycles = cycles_from_now(descent.at_least, descent.sweeps, left_of_energy < ENERGY_AT_REST);
-        state.calm[self.index] = Calm { cycles, room: room_from_now(descent.room, left_of_energy), ..state.calm[self.index] };
+        let room = room_from_now(descent.room, left_of_energy, is_too_far);
+        state.calm[self.index] = Calm { cycles, room, ..state.calm[self.index] };
     }
 
     /// Writes the corrected ends, and gives velocities their part of the corrections. Returns that part [1/s].
