@@ -305,3 +305,29 @@ def test_cloth_without_pins_holds_none_back(flag: dict[str, Any]) -> None:
     assert report.lost_motion == 1.0, "the last resort of the certificate is meant"
     assert report.cuts > 0
     assert report.held_back_pins == 0
+
+
+def test_a_round_cloth_in_rings_comes_to_rest() -> None:
+    """Its cycles pull further than its steps move, and left to themselves they make it tremble for ever."""
+    rings, around = 12, 48
+    angles = np.linspace(0, 2 * np.pi, around, endpoint=False)
+    rim = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    positions = np.concatenate([[[0, 0, 0]], *[0.5 * ring / rings * rim for ring in range(1, rings + 1)]])
+    number = 1 + np.arange(rings * around).reshape(rings, around)
+    after = np.roll(number, -1, axis=1)
+    corners = [(number[:-1], number[1:], after[1:]), (number[:-1], after[1:], after[:-1])]
+    outer = [np.stack(corner, axis=-1).reshape(-1, 3) for corner in corners]
+    inner = np.stack([0 * number[0], number[0], after[0]], axis=1)
+    scene = Scene.from_arrays(
+        positions, np.concatenate([inner, *outer]), pins=number[-1, ::6], fabric="denim", air_drag=0.5
+    )
+    simulation = Simulation(scene)
+    simulation.run(frames=150)
+    assert simulation.report.worst_stretch <= 0.03 + 1e-5
+    seen = []
+    for _ in range(3):
+        simulation.run(frames=1)
+        assert simulation.report.mean_lost_motion < 0.01
+        seen.append(np.array(simulation.exact_positions))
+    jerk = np.linalg.norm(seen[2] - 2 * seen[1] + seen[0], axis=1)
+    assert jerk.max() < 1e-4

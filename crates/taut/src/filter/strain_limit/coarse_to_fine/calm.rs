@@ -12,12 +12,17 @@ pub(super) fn cycles_from_now(at_least: u32, taken: u32, calm: bool) -> u32 {
     }
 }
 
-/// The room of coarse levels in the next step, after one with `room` that left such a part of its kinetic energy. Where its cycles pulled
-/// further than it moved, whatever made up for that, the next ones would do so again.
-pub(super) fn room_from_now(room: f32, left_of_energy: f64, is_too_far: bool) -> f32 {
-    if is_too_far {
-        return (SHRINK * room).max(NO_ROOM);
+/// The room of coarse levels in the next step, after one with `room` that left such a part of its kinetic energy. Where its cycles want less,
+/// whatever made up for what they did, the next ones would do so again.
+pub(super) fn room_from_now(room: f32, left_of_energy: f64, want_less: bool) -> f32 {
+    if want_less {
+        return less_room(room);
     }
     let freedom = ((left_of_energy - HELD[0]) / (HELD[1] - HELD[0])).clamp(0.0, 1.0) as f32;
     room + PACE * (LEAST_ROOM + (1.0 - LEAST_ROOM) * freedom - room)
+}
+
+/// The room of cycles after some that pulled further than the step moved.
+pub(super) fn less_room(room: f32) -> f32 {
+    (SHRINK * room).max(NO_ROOM)
 }

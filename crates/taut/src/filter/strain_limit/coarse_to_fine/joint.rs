@@ -8,8 +8,9 @@ use glam::DVec3;
 
 use super::balance::{Balance, NONE, Task};
 use super::blocks::Blocks;
+use super::descent::Descent;
 use super::interior::Link;
-use super::unit::{Descent, Unit};
+use super::unit::Unit;
 use crate::contact::{Places, Rows, Support};
 use crate::geometry::Vectors;
 use crate::model::Model;

@@ -10,6 +10,7 @@ mod blocks;
 mod brake;
 mod calm;
 mod certificate;
+mod descent;
 mod direct;
 mod ease;
 mod finish;
@@ -67,7 +68,7 @@ const RAISED: f64 = 1.02;
 const SMALL_IF_HEAVY: usize = 30_000;
 const DOUBLED: f64 = 2.0;
 /// Cycles that do have pulled further than the step moves: steps of stiff, light cloth that bears something heavy are short, and their
-/// motion is a small part of the back-off. This part of the room is left then, down to what is as good as none.
+/// motion is a small part of the back-off. They are taken again with this part of the room, down to what is as good as none.
 const SHRINK: f32 = 0.25;
 const NO_ROOM: f32 = 1e-3;
 /// Coarse levels are swept twice: they carry the loads, and all of them together have fewer springs than half the finest ..

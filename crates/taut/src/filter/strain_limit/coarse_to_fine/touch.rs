@@ -13,13 +13,14 @@ use std::ops::Range;
 use glam::Vec3;
 
 use super::brake::Lying;
+use super::descent::Descent;
 use super::ease;
 use super::gains::Gains;
 use super::impulse::take_back;
 use super::joint::Joint;
 use super::led::Led;
 use super::motion::{lost, way_of_all};
-use super::unit::{Descent, Unit};
+use super::unit::Unit;
 use super::where_is::{NONE, WhereIs};
 use super::worklist::Worklist;
 use crate::contact::{Carried, Contact, Grip, Obstacle};
@@ -357,7 +358,8 @@ impl Touch {
             if touches {
                 self.left_of_energy.push(unit.settle_touching(state, descent, pool));
             } else {
-                limited.lost_motion = limited.lost_motion.max(unit.settle(stride, state, ends, descent, pool));
+                let left_of_energy = unit.hand_out(descent.frame, descent.energy, pool);
+                limited.lost_motion = limited.lost_motion.max(unit.settle(stride, state, ends, descent, left_of_energy, pool));
             }
             self.rates.push(unit.tell_velocities(stride, state, ends, corrections, descent, pool));
         }

@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::brake::Lying;
 use super::calm::{cycles_from_now, room_from_now};
 use super::certificate::Certificate;
+use super::descent::Descent;
 use super::direct::Direct;
 use super::finish::Finish;
 use super::patch::Patch;
@@ -38,48 +39,6 @@ pub(super) struct Unit {
     /// Workspace: what chunks of particles add to sums.
     energies: Vec<[f64; 1]>,
     products: Vec<[f64; 2]>,
-}
-
-/// Where the cycles of a step stand.
-pub(super) struct Descent {
-    /// The displacement of what is held [m], and the kinetic energy of the proposal seen from there, if there is such a frame.
-    pub frame: Option<Vec3>,
-    energy: Option<f64>,
-    /// What rounding adds to the shortest spring, and what is short enough, as parts of R.
-    pub rounding: f32,
-    enough: f32,
-    /// What the last step left in [`Calm`].
-    at_least: u32,
-    room: f32,
-    brake: f32,
-    /// The largest |P_uv| / R, and the cycles so far.
-    worst: f32,
-    pub sweeps: u32,
-    since_restart: u8,
-    /// When progress is looked at next, and what the worst spring was too long at the last look.
-    next_look: u32,
-    before: f32,
-    /// Springs that the last cycle left over, if it told.
-    over: Option<usize>,
-    /// All springs are short enough; and nothing is left to do, or nothing helps.
-    pub is_done: bool,
-    pub is_over: bool,
-    /// Springs of the proposal are over their limit.
-    pub is_needed: bool,
-}
-
-impl Descent {
-    /// The part of the last cycle's way that the next one starts with [1].
-    pub fn momentum(&self) -> f32 {
-        momentum(self.since_restart, self.at_least > 0)
-    }
-
-    /// The next cycle.
-    fn cycle(&self, model: &Model) -> Cycle {
-        let Self { since_restart, enough, at_least, sweeps, .. } = *self;
-        let is_last = sweeps + 1 == model.solver.iterations();
-        Cycle { since_restart, enough, is_sure: sweeps + 1 < at_least, is_last, is_calm: at_least > 0 }
-    }
 }
 
 impl Unit {
@@ -134,14 +93,21 @@ impl Unit {
             return limited;
         }
         let mut descent = self.begin(proposed, state, ends, pool);
-        while !descent.is_over {
-            self.descend(stride.model, &mut descent, false, pool);
-        }
-        let lost = self.settle(stride, state, ends, &descent, pool);
+        let left_of_energy = loop {
+            while !descent.is_over {
+                self.descend(stride.model, &mut descent, false, pool);
+            }
+            let left_of_energy = self.hand_out(descent.frame, descent.energy, pool);
+            if !self.want_less_room(left_of_energy) || !descent.take_again() {
+                break left_of_energy;
+            }
+            self.levels.load(&state.positions, ends, descent.room, pool);
+        };
+        let lost = self.settle(stride, state, ends, &descent, left_of_energy, pool);
         self.tell_velocities(stride, state, ends, corrections, &descent, pool);
         let verdict = self.certify(stride, state, ends, [descent.frame; 2], pool);
         Limited {
-            sweeps: descent.sweeps,
+            sweeps: descent.earlier + descent.sweeps,
             cuts: u32::from(verdict.cut),
             lost_motion: 1.0 - (1.0 - lost) * (1.0 - verdict.lost_motion),
             held_back_pins: u32::from(verdict.held_back_pins),
@@ -170,6 +136,7 @@ impl Unit {
             room,
             brake,
             sweeps: 0,
+            earlier: 0,
             since_restart: 0,
             next_look: PROGRESS_INTERVAL,
             before: f32::INFINITY,
@@ -291,19 +258,34 @@ impl Unit {
         }
     }
 
-    /// Hands the corrected ends out, within the bound on kinetic energy. Returns the part of the motion that this bound took [1].
-    pub fn settle(&mut self, stride: Stride<'_>, state: &mut State, ends: &Vectors, descent: &Descent, pool: &Pool) -> f64 {
+    /// Whether cycles that leave so many times the kinetic energy of the proposal, and so pulled further than the step moves, want less room.
+    /// What is small is solved directly instead: with little room its cycles never let it come to rest.
+    fn want_less_room(&self, left_of_energy: f64) -> bool {
+        !self.is_small && left_of_energy > DOUBLED
+    }
+
+    /// Hands corrected ends that leave so many times the kinetic energy out, within the bound on it. Returns the part of the motion that
+    /// this bound took [1].
+    pub fn settle(
+        &mut self,
+        stride: Stride<'_>,
+        state: &mut State,
+        ends: &Vectors,
+        descent: &Descent,
+        mut left_of_energy: f64,
+        pool: &Pool,
+    ) -> f64 {
         let Descent { frame, energy, .. } = *descent;
         let model = stride.model;
-        let mut left_of_energy = self.hand_out(frame, energy, pool);
+        let want_less_room = self.want_less_room(left_of_energy);
+        let is_poor = !descent.is_done || left_of_energy > if self.is_small { RAISED } else { DOUBLED };
         // Pins that move differently may ask for what no place allows.
-        let is_too_far = left_of_energy > if self.is_small { RAISED } else { DOUBLED };
-        if let Some(frame) = frame.filter(|_| is_too_far || !descent.is_done)
+        if let Some(frame) = frame.filter(|_| is_poor)
             && self.solve(model, &state.positions, ends, frame, descent.rounding)
         {
             left_of_energy = self.hand_out(Some(frame), energy, pool);
         }
-        self.remember(state, descent, left_of_energy, is_too_far);
+        self.remember(state, descent, left_of_energy, want_less_room || left_of_energy > DOUBLED);
         // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is. It is not where a limit
         // has tightened, and what pulls the cloth within it does work.
         let tightened =
@@ -338,10 +320,10 @@ impl Unit {
         &mut *self.levels
     }
 
-    /// Remembers how calm the cloth hangs, and whether its cycles pulled further than the step moves, whatever made up for that.
-    fn remember(&self, state: &mut State, descent: &Descent, left_of_energy: f64, is_too_far: bool) {
+    /// Remembers how calm the cloth hangs, and whether its cycles want less room, whatever made up for what they did.
+    fn remember(&self, state: &mut State, descent: &Descent, left_of_energy: f64, want_less_room: bool) {
         let cycles = cycles_from_now(descent.at_least, descent.sweeps, left_of_energy < ENERGY_AT_REST);
-        let room = room_from_now(descent.room, left_of_energy, is_too_far);
+        let room = room_from_now(descent.room, left_of_energy, want_less_room);
         state.calm[self.index] = Calm { cycles, room, ..state.calm[self.index] };
     }
 

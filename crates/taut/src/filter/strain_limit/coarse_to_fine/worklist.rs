@@ -6,7 +6,8 @@
 //! the sweep of a round where there is something to do. It dies out, since springs are pulled below their limit by the back-off and rows
 //! have their slack; where it goes on for too long, another round helps more.
 
-use super::unit::{Descent, Unit};
+use super::descent::Descent;
+use super::unit::Unit;
 use super::where_is::WhereIs;
 use crate::contact::Rows;
 use crate::geometry::Pool;
