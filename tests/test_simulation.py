@@ -307,8 +307,9 @@ def test_cloth_without_pins_holds_none_back(flag: dict[str, Any]) -> None:
     assert report.held_back_pins == 0
 
 
-def test_a_round_cloth_in_rings_comes_to_rest() -> None:
-    """Its cycles pull further than its steps move, and left to themselves they make it tremble for ever."""
+@pytest.mark.parametrize("pins", [3, 8])
+def test_a_round_cloth_in_rings_comes_to_rest(pins: int) -> None:
+    """It is fine in the middle: with masses scaled alike everywhere its outer rings trembled for ever."""
     rings, around = 12, 48
     angles = np.linspace(0, 2 * np.pi, around, endpoint=False)
     rim = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
@@ -318,11 +319,12 @@ def test_a_round_cloth_in_rings_comes_to_rest() -> None:
     corners = [(number[:-1], number[1:], after[1:]), (number[:-1], after[1:], after[:-1])]
     outer = [np.stack(corner, axis=-1).reshape(-1, 3) for corner in corners]
     inner = np.stack([0 * number[0], number[0], after[0]], axis=1)
+    held = number[-1, :: around // pins]
     scene = Scene.from_arrays(
-        positions, np.concatenate([inner, *outer]), pins=number[-1, ::6], fabric="denim", air_drag=0.5
+        positions, np.concatenate([inner, *outer]), pins=held, fabric="denim", air_drag=0.5
     )
     simulation = Simulation(scene)
-    simulation.run(frames=150)
+    simulation.run(frames=240)
     assert simulation.report.worst_stretch <= 0.03 + 1e-5
     seen = []
     for _ in range(3):

@@ -62,7 +62,7 @@ impl Euler {
         for (cloth, masses) in model.cloths.iter().zip(&mut self.masses) {
             let Some(timing) = &plan.of(cloth).scaled else { continue };
             match masses {
-                Some(masses) => masses.share_out(cloth, timing),
+                Some(masses) => masses.share_out(model, cloth, timing),
                 None => *masses = MassScaling::new(model, cloth, timing),
             }
         }
@@ -116,7 +116,7 @@ impl Euler {
             if stages == 0 {
                 continue;
             }
-            match masses.as_mut().filter(|masses| scaled.is_some() && masses.scale_dampers()) {
+            match masses.as_mut().filter(|masses| scaled.is_some() && masses.scales_dampers()) {
                 Some(masses) => {
                     forces::damping_gains(stride, cloth, velocities, gains, forces, pool);
                     masses.add_damping(gains, velocities, pool);

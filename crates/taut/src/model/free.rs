@@ -67,8 +67,8 @@ pub(super) fn levels(
             range.rates = of_grid([columns, rows], particles.free_masses(range), finest);
             continue;
         }
-        let hierarchy = Hierarchy::new(range, particles, springs, triangles);
-        range.rates = if range.is_network { Vec::new() } else { of_hierarchy(&hierarchy, range, springs, bending) };
+        let mut hierarchy = Hierarchy::new(range, particles, springs, triangles);
+        range.rates = if range.is_network { Vec::new() } else { of_hierarchy(&mut hierarchy, range, springs, bending) };
         range.hierarchy = Some(hierarchies.len());
         hierarchies.push(hierarchy);
     }

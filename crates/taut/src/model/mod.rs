@@ -37,7 +37,7 @@ pub use body::{Bodies, Body, BodyShape};
 pub use contact::{ContactSettings, Side};
 pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
 pub use footprint::Footprint;
-pub use hierarchy::{Hierarchy, Parents, coarse_grid, shares};
+pub use hierarchy::{Hierarchy, HierarchyLevel, NodeRate, Parents, coarse_grid, shares, shares_of_nodes};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use numbering::Numbering;

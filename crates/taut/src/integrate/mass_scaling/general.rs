@@ -3,9 +3,9 @@
 use glam::{Vec4, Vec4Swizzles};
 use pulp::{Simd, WithSimd};
 
-use super::{MassLevels, Shares};
+use super::{Acting, MassLevels};
 use crate::geometry::{Pool, Vectors, VectorsChunk, arch, fill_quads, for_each_chunk};
-use crate::model::{Adjacency, ClothRange, Hierarchy, Parents};
+use crate::model::{Adjacency, ClothRange, Hierarchy, Model, NodeRate, Parents, shares_of_nodes};
 
 /// The levels of a cloth above the cloth itself.
 pub(super) struct GeneralMassLevels {
@@ -13,12 +13,21 @@ pub(super) struct GeneralMassLevels {
     /// What the cloth's own particles would gain [m/s].
     own: Vec<Vec4>,
     coarse: Vec<MassLevel>,
+    /// With springs and with dampers.
+    shares: [NodeShares; 2],
+}
+
+/// How much of its acceleration each particle of each level gives, as far as levels give anything.
+#[derive(Default)]
+struct NodeShares {
+    /// a_0 of the cloth's own particles [1].
+    own: Vec<f32>,
+    /// a_l / M_l of the coarse ones [1/kg]; zero for what is held.
+    coarse: Vec<Vec<f32>>,
 }
 
 /// Some particles, and how they are tied to the next finer level.
 struct MassLevel {
-    /// 1 / M_l [1/kg]; zero for what is held.
-    weights: Vec<f32>,
     /// P_l^T M V on the way up, velocities on the way down.
     field: Vec<Vec4>,
     /// What each particle of the finer level follows: P.
@@ -28,10 +37,9 @@ struct MassLevel {
 }
 
 impl GeneralMassLevels {
-    /// So many levels of a cloth.
-    pub fn new(cloth: &ClothRange, hierarchy: &Hierarchy, levels: usize) -> Self {
+    pub fn new(cloth: &ClothRange, hierarchy: &Hierarchy) -> Self {
         let nodes = &hierarchy.levels[0].nodes;
-        let coarse = hierarchy.levels[..levels].iter().enumerate().skip(1).map(|(index, level)| {
+        let coarse = hierarchy.levels.iter().enumerate().skip(1).map(|(index, level)| {
             let finer = &hierarchy.levels[index - 1];
             // The cloth's own particles are all there, even those that nothing is tied to.
             let own = |place: usize| if index == 1 { nodes[place] } else { place as u32 };
@@ -42,24 +50,41 @@ impl GeneralMassLevels {
                 let child = move |(above, part)| (above, (own(place), part * mass(place)));
                 list.iter().map(child)
             });
-            let weight = |&mass: &f64| if mass > 0.0 { (1.0 / mass) as f32 } else { 0.0 };
             MassLevel {
-                weights: level.masses.iter().map(weight).collect(),
                 field: vec![Vec4::ZERO; level.nodes.len()],
                 children: Adjacency::new(level.nodes.len(), followed),
                 parents,
             }
         });
-        Self { cloth: cloth.clone(), own: vec![Vec4::ZERO; cloth.count], coarse: coarse.collect() }
+        Self { cloth: cloth.clone(), own: vec![Vec4::ZERO; cloth.count], coarse: coarse.collect(), shares: Default::default() }
     }
 }
 
 impl MassLevels for GeneralMassLevels {
-    fn add(&mut self, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
-        let Self { cloth, own, coarse } = self;
-        let first = cloth.first;
+    fn share_out(&mut self, model: &Model, cloth: &ClothRange, acting: Acting, borne: f64) {
+        let Some(hierarchy) = cloth.hierarchy else { return };
+        let levels = &model.hierarchies[hierarchy].levels;
+        let rate = |rate: &NodeRate| match acting {
+            Acting::Springs => rate.frequency_squared,
+            Acting::Dampers => rate.damping,
+        };
+        let shares = shares_of_nodes(borne, levels, rate);
+        // Particles that nothing is tied to are on no level and go their own way.
+        let mut own = vec![1.0; cloth.count];
+        for (&node, share) in levels[0].nodes.iter().zip(&shares[0]) {
+            own[node as usize] = *share as f32;
+        }
+        let weighed = |(share, &mass): (&f64, &f64)| if mass > 0.0 { (share / mass) as f32 } else { 0.0 };
+        let coarse = shares.iter().zip(levels).skip(1);
+        let coarse = coarse.map(|(shares, level)| shares.iter().zip(&level.masses).map(weighed).collect()).collect();
+        self.shares[acting as usize] = NodeShares { own, coarse };
+    }
+
+    fn add(&mut self, acting: Acting, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
+        let Self { cloth, own, coarse, shares } = self;
+        let (first, shares) = (cloth.first, &shares[acting as usize]);
         fill_quads(own, gains, first, pool);
-        let coarse = &mut coarse[..shares.len() - 1];
+        let coarse = &mut coarse[..shares.coarse.len()];
         for index in 0..coarse.len() {
             let (finer, here) = coarse.split_at_mut(index);
             let MassLevel { field, children, .. } = &mut here[0];
@@ -68,17 +93,15 @@ impl MassLevels for GeneralMassLevels {
         }
         for index in (0..coarse.len()).rev() {
             let (here, coarser) = coarse.split_at_mut(index + 1);
-            let MassLevel { field, weights, .. } = &mut here[index];
-            let share = shares[index + 1];
+            let (MassLevel { field, .. }, shares) = (&mut here[index], &shares.coarse[index]);
             for_each_chunk(field, pool, |start, chunk| {
                 for (place, value) in (start..).zip(chunk) {
-                    *value =
-                        *value * (share * weights[place]) + coarser.first().map_or(Vec4::ZERO, |level| level.prolonged(place));
+                    *value = *value * shares[place] + coarser.first().map_or(Vec4::ZERO, |level| level.prolonged(place));
                 }
             });
         }
         velocities.for_each_chunk_of(cloth.particles(), pool, |velocities| {
-            arch().dispatch(Add { velocities, first, own, share: shares[0], coarse: coarse.first() });
+            arch().dispatch(Add { velocities, first, own, shares: &shares.own, coarse: coarse.first() });
         });
     }
 }
@@ -108,7 +131,7 @@ struct Add<'a> {
     /// The cloth's first particle.
     first: usize,
     own: &'a [Vec4],
-    share: f32,
+    shares: &'a [f32],
     coarse: Option<&'a MassLevel>,
 }
 
@@ -117,12 +140,12 @@ impl WithSimd for Add<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { velocities, first, own, share, coarse } = self;
+        let Self { velocities, first, own, shares, coarse } = self;
         velocities.map(
             #[inline(always)]
             |particle, velocity| {
                 let place = particle - first;
-                let gain = own[place] * share + coarse.map_or(Vec4::ZERO, |level| level.prolonged(place));
+                let gain = own[place] * shares[place] + coarse.map_or(Vec4::ZERO, |level| level.prolonged(place));
                 velocity + gain.xyz()
             },
         );

@@ -2,10 +2,10 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::{MassLevels, Shares};
+use super::{Acting, MassLevels};
 use crate::geometry::{Pool, Vectors, VectorsChunk, arch};
 use crate::model::coarse_grid::{carry, coarsened, parents};
-use crate::model::{ClothRange, Lattice, Model};
+use crate::model::{ClothRange, Lattice, LevelRate, Model, shares};
 
 /// Fine rows that one call works on.
 const BAND: usize = 16;
@@ -18,6 +18,8 @@ pub(super) struct LatticeMassLevels {
     columns: usize,
     rows: usize,
     coarse: Vec<Grid>,
+    /// How much of its acceleration each level gives, the finest first, with springs and with dampers: a_l.
+    shares: [Vec<f32>; 2],
     /// A row for each band that is worked on, and one more.
     scratch: Vec<Vec<f32>>,
 }
@@ -50,14 +52,25 @@ impl LatticeMassLevels {
             columns: lattice.columns,
             rows: lattice.rows,
             coarse,
+            shares: Default::default(),
             scratch: vec![vec![0.0; lattice.columns + 1]; lattice.rows.div_ceil(BAND)],
         }
     }
 }
 
 impl MassLevels for LatticeMassLevels {
-    fn add(&mut self, Shares(shares): &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
-        let Self { first, masses, columns, rows, coarse, scratch } = self;
+    fn share_out(&mut self, _model: &Model, cloth: &ClothRange, acting: Acting, borne: f64) {
+        let rate = |rate: &LevelRate| match acting {
+            Acting::Springs => rate.frequency_squared,
+            Acting::Dampers => rate.damping,
+        };
+        self.shares[acting as usize] =
+            shares(borne, cloth.rates.iter().map(rate)).into_iter().map(|share| share as f32).collect();
+    }
+
+    fn add(&mut self, acting: Acting, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
+        let Self { first, masses, columns, rows, coarse, shares, scratch } = self;
+        let shares = &shares[acting as usize];
         let particles = *first..*first + *columns * *rows;
         let levels = shares.len() - 1;
         for index in 0..levels {

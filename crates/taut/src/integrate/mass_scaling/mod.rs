@@ -6,7 +6,7 @@
 //! S = sum_l a_l P_l M_l^-1 P_l^T
 //! ```
 //!
-//! P_l interpolates. M_l = P_l^T M are the masses that coarse particles carry. The a_l add up to one. A motion that a coarse level can
+//! P_l interpolates. M_l = P_l^T M are the masses that coarse particles carry. The a_l add up to one; on meshes each particle has its own. A motion that a coarse level can
 //! show is accelerated as always. Finer vibrations are accelerated less, the faster they are. It is the sum of Bramble, Pasciak & Xu
 //! 1990 [BPX90], as the inverse of a mass matrix in the sense of Olovsson, Simonsson & Unosson 2005 [Olovsson05]. S is symmetric
 //! and positive, so nothing is damped, and where forces balance they still do. It keeps momentum where nothing is held
@@ -16,32 +16,31 @@ mod general;
 mod lattice;
 
 use crate::geometry::{Pool, Vectors};
-use crate::model::{ClothRange, LevelRate, Model, shares};
+use crate::model::{ClothRange, Model};
 use crate::schedule::ScaledTiming;
 use general::GeneralMassLevels;
 use lattice::LatticeMassLevels;
 
-/// The levels of a cloth, and their shares.
+/// The levels of a cloth, with their shares.
 pub(super) struct MassScaling {
-    springs: Shares,
-    dampers: Option<Shares>,
     levels: Box<dyn MassLevels>,
+    scales_dampers: bool,
+}
+
+/// What makes velocities gain something: each has shares of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Acting {
+    Springs,
+    Dampers,
 }
 
 /// Levels that can add `S M gains`.
 trait MassLevels: Send + Sync {
-    /// `velocities += S M gains` with these shares; gains of what is held are zero.
-    fn add(&mut self, shares: &Shares, gains: &Vectors, velocities: &mut Vectors, pool: &Pool);
-}
+    /// Gives the levels of a cloth the shares with which none has to bear more than this: w^2 [1/s^2] or g [1/s].
+    fn share_out(&mut self, model: &Model, cloth: &ClothRange, acting: Acting, borne: f64);
 
-/// How much of its acceleration each level gives, the finest first: a_l.
-#[derive(Debug, Default)]
-struct Shares(Vec<f32>);
-
-impl Shares {
-    fn new(borne: f64, rates: impl ExactSizeIterator<Item = f64>) -> Self {
-        Self(shares(borne, rates).into_iter().map(|share| share as f32).collect())
-    }
+    /// `velocities += S M gains` with the shares of what acts; gains of what is held are zero.
+    fn add(&mut self, acting: Acting, gains: &Vectors, velocities: &mut Vectors, pool: &Pool);
 }
 
 impl MassScaling {
@@ -50,35 +49,35 @@ impl MassScaling {
         let count = cloth.rates.len();
         let levels: Box<dyn MassLevels> = match cloth.lattice {
             Some(lattice) => Box::new(LatticeMassLevels::new(model, cloth, &model.lattices[lattice], count)),
-            None => Box::new(GeneralMassLevels::new(cloth, &model.hierarchies[cloth.hierarchy?], count)),
+            None => Box::new(GeneralMassLevels::new(cloth, &model.hierarchies[cloth.hierarchy?])),
         };
-        let mut masses = Self { springs: Shares::default(), dampers: None, levels };
-        masses.share_out(cloth, timing);
+        let mut masses = Self { levels, scales_dampers: false };
+        masses.share_out(model, cloth, timing);
         Some(masses)
     }
 
     /// Gives the levels the shares of another step.
-    pub fn share_out(&mut self, cloth: &ClothRange, timing: &ScaledTiming) {
-        let rates = |of: fn(&LevelRate) -> f64| cloth.rates.iter().map(of);
-        self.springs = Shares::new(timing.frequency_squared, rates(|rate| rate.frequency_squared));
-        self.dampers = timing.damping.map(|borne| Shares::new(borne, rates(|rate| rate.damping)));
+    pub fn share_out(&mut self, model: &Model, cloth: &ClothRange, timing: &ScaledTiming) {
+        self.levels.share_out(model, cloth, Acting::Springs, timing.frequency_squared);
+        self.scales_dampers = timing.damping.is_some();
+        if let Some(borne) = timing.damping {
+            self.levels.share_out(model, cloth, Acting::Dampers, borne);
+        }
     }
 
     /// `velocities += S M gains` of springs; gains of what is held are zero.
     pub fn add(&mut self, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
-        self.levels.add(&self.springs, gains, velocities, pool);
+        self.levels.add(Acting::Springs, gains, velocities, pool);
     }
 
     /// Whether dampers have shares, too.
-    pub fn scale_dampers(&self) -> bool {
-        self.dampers.is_some()
+    pub fn scales_dampers(&self) -> bool {
+        self.scales_dampers
     }
 
     /// The same of dampers.
     pub fn add_damping(&mut self, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
-        if let Some(shares) = &self.dampers {
-            self.levels.add(shares, gains, velocities, pool);
-        }
+        self.levels.add(Acting::Dampers, gains, velocities, pool);
     }
 }
 
@@ -96,11 +95,12 @@ mod tests {
     use crate::scene::Scene;
     use crate::schedule::{Plan, Schedule};
 
-    /// A sheet, as a grid or as a crooked mesh of as many vertices.
+    /// A sheet, as a grid or as a crooked mesh of as many vertices; or a disc in so many rings and spokes, fine in the middle.
     #[derive(Debug, Clone, Copy, PartialEq)]
     enum Source {
         Grid,
         Mesh,
+        Disc,
     }
 
     fn model(source: Source, cells: [u32; 2], pins: Value, stiffness: f64) -> (Model, Plan) {
@@ -108,9 +108,9 @@ mod tests {
         let mut meshes = BTreeMap::new();
         match source {
             Source::Grid => cloth["grid"] = json!({ "size": [1.0, 0.8], "cells": cells, "axes": ["x", "y"] }),
-            Source::Mesh => {
+            Source::Mesh | Source::Disc => {
                 cloth["mesh"] = json!("mesh");
-                meshes.insert("mesh".to_owned(), crooked(cells));
+                meshes.insert("mesh".to_owned(), if source == Source::Mesh { crooked(cells) } else { disc(cells) });
             }
         }
         let document = json!({ "cloth": [cloth], "gravity": [0.0, 0.0, 0.0] });
@@ -140,6 +140,26 @@ mod tests {
             mesh.corners.extend(if random(5 * cell) < 0.0 { [a, b, c, a, c, d] } else { [a, b, d, b, c, d] });
             mesh.counts.extend([3, 3]);
         }
+        mesh
+    }
+
+    /// A disc of 1 m around (0.5, 0.4).
+    fn disc([rings, spokes]: [u32; 2]) -> MeshData {
+        let mut mesh = MeshData { vertices: vec![[0.5, 0.4, 0.0]], ..MeshData::default() };
+        for (ring, spoke) in (1..=rings).flat_map(|ring| (0..spokes).map(move |spoke| (ring, spoke))) {
+            let (radius, angle) =
+                (0.5 * f64::from(ring) / f64::from(rings), std::f64::consts::TAU * f64::from(spoke) / f64::from(spokes));
+            mesh.vertices.push([0.5 + radius * angle.cos(), 0.4 + radius * angle.sin(), 0.0]);
+        }
+        let at = |ring: u32, spoke: u32| i64::from(1 + ring * spokes + spoke % spokes);
+        for spoke in 0..spokes {
+            mesh.corners.extend([0, at(0, spoke), at(0, spoke + 1)]);
+            for ring in 1..rings {
+                let [a, b, c, d] = [at(ring - 1, spoke), at(ring, spoke), at(ring, spoke + 1), at(ring - 1, spoke + 1)];
+                mesh.corners.extend([a, b, c, a, c, d]);
+            }
+        }
+        mesh.counts = vec![3; mesh.corners.len() / 3];
         mesh
     }
 
@@ -173,12 +193,14 @@ mod tests {
     }
 
     /// Sheets of many sizes and stiffnesses whose masses are scaled, and what they are.
-    fn sheets(pins: &Value) -> Vec<(String, Model, MassScaling)> {
+    fn sheets(pins: &Value) -> Vec<(String, Model, Plan, MassScaling)> {
         let mut sheets = Vec::new();
         for cells in [[3, 3], [5, 9], [16, 16], [31, 12], [40, 33]] {
-            for (stiffness, source) in [1e3, 1e4].into_iter().flat_map(|k| [(k, Source::Grid), (k, Source::Mesh)]) {
-                if let Some((model, _, scaling)) = scaled(source, cells, pins.clone(), stiffness) {
-                    sheets.push((format!("{source:?} {cells:?}, {stiffness} N/m"), model, scaling));
+            for (stiffness, source) in
+                [1e3, 1e4].into_iter().flat_map(|k| [Source::Grid, Source::Mesh, Source::Disc].map(|source| (k, source)))
+            {
+                if let Some((model, plan, scaling)) = scaled(source, cells, pins.clone(), stiffness) {
+                    sheets.push((format!("{source:?} {cells:?}, {stiffness} N/m"), model, plan, scaling));
                 }
             }
         }
@@ -187,17 +209,8 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_what_levels_bear_and_add_up_to_one() {
-        let shares = |borne: f64, rates: &[f64]| Shares::new(borne, rates.iter().copied()).0;
-        assert_eq!(shares(1.0, &[8.0, 2.0, 0.5, 0.1]), [0.125, 0.375, 0.5]);
-        assert_eq!(shares(1.0, &[8.0, 2.0]), [0.125, 0.875], "the last one has what is left");
-        assert_eq!(shares(1.0, &[2.0, 4.0, 1.0]), [0.5, 0.0, 0.5], "never less than nothing");
-        assert_eq!(shares(1.0, &[0.0]), [1.0]);
-    }
-
-    #[test]
     fn a_field_without_differences_passes_and_momentum_is_kept() {
-        for (sheet, model, mut scaling) in sheets(&json!([])) {
+        for (sheet, model, _, mut scaling) in sheets(&json!([])) {
             let even = (0..model.particle_count()).map(|_| Vec3::new(1.0, -2.0, 0.5)).collect();
             for value in apply(&mut scaling, &even).iter() {
                 assert!(value.abs_diff_eq(Vec3::new(1.0, -2.0, 0.5), 1e-5), "{sheet}: {value}");
@@ -214,14 +227,15 @@ mod tests {
     #[test]
     fn it_is_symmetric_and_positive_and_moves_nothing_that_is_held() {
         let pins = json!([{ "nearest": [0.0, 0.8, 0.0] }, { "nearest": [0.4, 0.3, 0.0] }]);
-        for (sheet, model, mut scaling) in sheets(&pins) {
+        for (sheet, model, plan, mut scaling) in sheets(&pins) {
             let (a, b) = (velocities(&model, 0.1), velocities(&model, 0.7));
             let (of_a, of_b) = (apply(&mut scaling, &a), apply(&mut scaling, &b));
             let (one, other) = (product(&model, &of_a, &b), product(&model, &a, &of_b));
             let size = product(&model, &a, &a);
             assert!((one - other).abs() < 1e-6 * size, "{sheet}: {one} {other}");
             let kept = product(&model, &of_a, &a);
-            let least = f64::from(scaling.springs.0[0]);
+            let borne = plan.cloths[0].scaled.expect("masses are scaled").frequency_squared;
+            let least = (borne / model.cloths[0].rates[0].frequency_squared).min(1.0);
             assert!(kept > 0.99 * least * size && kept < 1.001 * size, "{sheet}: {kept} of {size}");
             for (value, weight) in of_a.iter().zip(&model.particles.inverse_mass) {
                 assert!(*weight > 0.0 || value == Vec3::ZERO);
@@ -241,7 +255,7 @@ mod tests {
             ([98, 75], json!([{ "nearest": [0.31, 0.4, 0.0] }]), 20.0),
             ([24, 40], json!([{ "box": [[-0.01, -1, -1], [0.01, 1, 1]] }, { "nearest": [0.53, 0.41, 0.0] }]), 20.0),
         ] {
-            for source in [Source::Grid, Source::Mesh] {
+            for source in [Source::Grid, Source::Mesh, Source::Disc] {
                 let Some((model, plan, mut scaling)) = scaled(source, cells, pins.clone(), stiffness) else { continue };
                 found += 1;
                 let timing = plan.cloths[0].scaled.expect("masses are scaled");
@@ -263,6 +277,24 @@ mod tests {
                 assert!(vibrates > 0.4, "{source:?} {cells:?}: needlessly slow, {vibrates}");
             }
         }
-        assert!(found >= 10, "{found}");
+        assert!(found >= 15, "{found}");
+    }
+
+    #[test]
+    fn masses_are_scaled_only_where_a_mesh_is_fine() {
+        let (model, _, mut scaling) = scaled(Source::Disc, [24, 96], json!([]), 1.0).expect("masses are scaled");
+        let rest: Vec<Vec3> = model.particles.rest.iter().collect();
+        let middle = rest.iter().sum::<Vec3>() / rest.len() as f32;
+        // Neighbours go apart, so that coarse levels see next to nothing of it.
+        let shaking = velocities(&model, 0.3);
+        let kept = apply(&mut scaling, &shaking);
+        let kept = |from: f32, to: f32| {
+            let within = (0..rest.len()).filter(|&particle| (from..to).contains(&rest[particle].distance(middle)));
+            let [kept, all] =
+                within.fold([0.0, 0.0], |[kept_of, all], p| [kept_of + kept.get(p).length(), all + shaking.get(p).length()]);
+            kept / all
+        };
+        assert!(kept(0.0, 0.1) < 0.4, "in the middle: {}", kept(0.0, 0.1));
+        assert!(kept(0.4, 1.0) > 0.8, "near the rim: {}", kept(0.4, 1.0));
     }
 }

@@ -69,7 +69,7 @@ pub(super) fn coarser(fine: &HierarchyLevel, cloth: &Choosing<'_>, search: &mut 
             masses[coarse as usize] += if held(coarse) { 0.0 } else { f64::from(part) * mass };
         }
     }
-    HierarchyLevel { springs: springs(&around, between, held), parents, masses, nodes }
+    HierarchyLevel { springs: springs(&around, between, held), parents, masses, nodes, rates: Vec::new() }
 }
 
 /// The particles chosen from a level.

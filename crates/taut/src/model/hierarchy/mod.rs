@@ -11,7 +11,7 @@ use glam::Vec3;
 use super::surface::{Search, Surface};
 use super::{ClothRange, Particles, Springs};
 use coarsen::{Choosing, coarser};
-pub use rates::shares;
+pub use rates::{NodeRate, shares, shares_of_nodes};
 pub(super) use rates::{of_grid, of_hierarchy};
 
 /// A level of so few particles needs no coarser one.
@@ -39,6 +39,8 @@ pub struct HierarchyLevel {
     /// The masses that they carry when displacements are interpolated [kg]: those of the finest level, shared out as the
     /// particles follow. What is held carries nothing and shares nothing; all others carry something.
     pub masses: Vec<f64>,
+    /// How fast each of them can vibrate at most; none in networks, whose masses are never scaled.
+    pub rates: Vec<NodeRate>,
 }
 
 /// A spring of a level.
@@ -86,7 +88,7 @@ impl Hierarchy {
         bonds.sort_by_key(|bond| bond.0);
         let mass = |&node: &u32| if held[node as usize] { 0.0 } else { f64::from(particles.mass[cloth.first + node as usize]) };
         let masses = nodes.iter().map(mass).collect();
-        let mut levels = vec![HierarchyLevel { nodes, springs: bonds, parents: Vec::new(), masses }];
+        let mut levels = vec![HierarchyLevel { nodes, springs: bonds, masses, ..HierarchyLevel::default() }];
         let mut search = Search::new(cloth.count);
         let on = Choosing { surface: &surface, held: &held, rank: &rank };
         while let Some(fine) = levels.last().filter(|level| level.nodes.len() > FEW) {

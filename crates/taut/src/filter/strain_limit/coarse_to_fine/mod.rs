@@ -59,8 +59,8 @@ const HELD: [f64; 2] = [0.2, 0.6];
 const LEAST_ROOM: f32 = 0.5;
 /// .. to which they come little by little, by this part of the difference in a step, since a jump would be seen.
 const PACE: f32 = 0.05;
-/// Cloths with at most so many springs are solved directly where cycles do not end, or make more than this times the kinetic energy of the
-/// proposed step: taking that back would cost a hundredth of the motion.
+/// Cloths with at most so many springs are solved directly where neither cycles nor a patch put them right, or where, however little room
+/// they have, they make more than this times the kinetic energy of the proposed step: taking that back would cost a hundredth of the motion.
 const SMALL: usize = 6000;
 const RAISED: f64 = 1.02;
 /// Cloths with at most so many springs and something heavy to bear are, too, but that takes them long: only where all cycles and a patch do

@@ -198,7 +198,7 @@ impl Unit {
             self.finish.hold(self.gripped.iter().map(|(own, _)| *own));
         }
         descent.is_done = left.worst <= enough || finishes && self.finish.run(&mut *self.levels, enough);
-        if is_stuck && !descent.is_done && !self.is_small && left.over <= STUBBORN {
+        if is_stuck && !descent.is_done && left.over <= STUBBORN {
             descent.is_done = self.patch.run(&mut *self.levels, self.finish.around(), &self.weights, enough);
         }
         descent.is_over = descent.is_done || is_stuck;
@@ -259,9 +259,8 @@ impl Unit {
     }
 
     /// Whether cycles that leave so many times the kinetic energy of the proposal, and so pulled further than the step moves, want less room.
-    /// What is small is solved directly instead: with little room its cycles never let it come to rest.
     fn want_less_room(&self, left_of_energy: f64) -> bool {
-        !self.is_small && left_of_energy > DOUBLED
+        left_of_energy > if self.is_small { RAISED } else { DOUBLED }
     }
 
     /// Hands corrected ends that leave so many times the kinetic energy out, within the bound on it. Returns the part of the motion that
@@ -278,14 +277,13 @@ impl Unit {
         let Descent { frame, energy, .. } = *descent;
         let model = stride.model;
         let want_less_room = self.want_less_room(left_of_energy);
-        let is_poor = !descent.is_done || left_of_energy > if self.is_small { RAISED } else { DOUBLED };
         // Pins that move differently may ask for what no place allows.
-        if let Some(frame) = frame.filter(|_| is_poor)
+        if let Some(frame) = frame.filter(|_| want_less_room || !descent.is_done)
             && self.solve(model, &state.positions, ends, frame, descent.rounding)
         {
             left_of_energy = self.hand_out(Some(frame), energy, pool);
         }
-        self.remember(state, descent, left_of_energy, want_less_room || left_of_energy > DOUBLED);
+        self.remember(state, descent, left_of_energy, want_less_room);
         // Kinetic energy must not rise: shortening an admissible step keeps it admissible, because X is. It is not where a limit
         // has tightened, and what pulls the cloth within it does work.
         let tightened =
