@@ -139,8 +139,9 @@ class Surrounded(Simulated):
         mesh has more springs than it needs, so that neighbours share a load evenly. A sum over several
         springs, as of those at a pin, says more than a single one. A mean over some steps says more than one
         step. Coarse levels of the filter bear some loads across springs, which no tension tells: in irregular
-        meshes up to 5 % of the weight. Tensions are found when they are asked for. That takes about as long
-        as some steps: less than a second for 10,000 vertices.
+        meshes some 5 % of the weight, up to a sixth where a few vertices bear all of it. Tensions are found
+        when they are asked for. That takes about as long as some steps: less than a second for 10,000
+        vertices.
 
         Raises:
             SimulationError: no step was taken since the start, or since the state was set.

@@ -6,10 +6,10 @@
 //! S = sum_l a_l P_l M_l^-1 P_l^T
 //! ```
 //!
-//! P_l interpolates. M_l = P_l^T M are the masses that coarse particles carry. The a_l add up to one; on meshes each particle has its own. A motion that a coarse level can
-//! show is accelerated as always. Finer vibrations are accelerated less, the faster they are. It is the sum of Bramble, Pasciak & Xu
-//! 1990 [BPX90], as the inverse of a mass matrix in the sense of Olovsson, Simonsson & Unosson 2005 [Olovsson05]. S is symmetric
-//! and positive, so nothing is damped, and where forces balance they still do. It keeps momentum where nothing is held
+//! P_l interpolates. M_l = P_l^T M are the masses that coarse particles carry. The a_l add up to one; on meshes each particle has its own. A
+//! motion that a coarse level can show is accelerated as always. Finer vibrations are accelerated less, the faster they are. It is the sum of
+//! Bramble, Pasciak & Xu 1990 [BPX90], as the inverse of a mass matrix in the sense of Olovsson, Simonsson & Unosson 2005 [Olovsson05]. S is
+//! symmetric and positive, so nothing is damped, and where forces balance they still do. It keeps momentum where nothing is held
 //! (docs/equations.md, "Scaled masses").
 
 mod general;
