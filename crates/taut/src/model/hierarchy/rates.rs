@@ -44,7 +44,7 @@ pub struct NodeRate {
     pub damping: f64,
 }
 
-/// The same particle by particle: where a mesh is coarse its particles keep their own acceleration, however fine it is elsewhere.
+/// `shares`, particle by particle: where a mesh is coarse its particles keep their own acceleration, however fine it is elsewhere.
 ///
 /// The part of a particle's acceleration that a level and its finer ones leave to coarser ones is interpolated between particles of
 /// the next level. There it is the most that any of those that follow wants to leave, so that none bears more than it may. All
