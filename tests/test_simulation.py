@@ -307,9 +307,12 @@ def test_cloth_without_pins_holds_none_back(flag: dict[str, Any]) -> None:
     assert report.held_back_pins == 0
 
 
-@pytest.mark.parametrize("pins", [3, 8])
-def test_a_round_cloth_in_rings_comes_to_rest(pins: int) -> None:
-    """It is fine in the middle: with masses scaled alike everywhere its outer rings trembled for ever."""
+@pytest.mark.parametrize(("hole", "pins"), [(0, 3), (0, 8), (5, 3), (5, 8)])
+def test_a_round_cloth_in_rings_comes_to_rest(hole: int, pins: int) -> None:
+    """Whole, it is fine in the middle: with masses scaled alike everywhere its outer rings trembled for ever.
+
+    Without its inner rings it went to and fro beside its pins, by up to 4 cm, where nothing braked it.
+    """
     rings, around = 12, 48
     angles = np.linspace(0, 2 * np.pi, around, endpoint=False)
     rim = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
@@ -317,12 +320,11 @@ def test_a_round_cloth_in_rings_comes_to_rest(pins: int) -> None:
     number = 1 + np.arange(rings * around).reshape(rings, around)
     after = np.roll(number, -1, axis=1)
     corners = [(number[:-1], number[1:], after[1:]), (number[:-1], after[1:], after[:-1])]
-    outer = [np.stack(corner, axis=-1).reshape(-1, 3) for corner in corners]
-    inner = np.stack([0 * number[0], number[0], after[0]], axis=1)
-    held = number[-1, :: around // pins]
-    scene = Scene.from_arrays(
-        positions, np.concatenate([inner, *outer]), pins=held, fabric="denim", air_drag=0.5
-    )
+    outer = [np.stack(corner, axis=-1)[hole:].reshape(-1, 3) for corner in corners]
+    inner = [] if hole else [np.stack([0 * number[0], number[0], after[0]], axis=1)]
+    left, faces = np.unique(np.concatenate([*inner, *outer]), return_inverse=True)
+    held = np.searchsorted(left, number[-1, :: around // pins])
+    scene = Scene.from_arrays(positions[left], faces.reshape(-1, 3), pins=held, fabric="denim", air_drag=0.5)
     simulation = Simulation(scene)
     simulation.run(frames=240)
     assert simulation.report.worst_stretch <= 0.03 + 1e-5

@@ -1,23 +1,31 @@
-//! Cloth that lies on something comes to rest.
+//! Cloth that hangs, or lies on something, comes to rest.
 //!
 //! Where its ways turn back on each other, each step is the mean of staying and of going where the limit and the rows lead. What no
 //! projection brings further apart comes to rest so [Krasnoselskii55], where going all the way it may turn for ever. Staying means to go
 //! with what carries the cloth.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
+use pulp::{Simd, WithSimd};
 
 use crate::contact::RigidMotion;
-use crate::geometry::{Pool, Vectors};
+use crate::geometry::{Pool, Vectors, arch, sum_of_chunks};
 use crate::model::{ClothRange, Model};
 use crate::state::State;
 
-/// Where ways of cloth that lies on something turn back, their cosine with the last ones being below the first of these, steps go on
-/// by so much less of their way, down to the least; where they go on, the cosine being above the second, by so much more.
+/// Where ways turn back, their cosine with the last ones being below the first of these, steps go on by so much less of their way, down to
+/// the least; where they go on, the cosine being above the second, by so much more.
 const TURNED: f64 = 0.5;
 const ONWARD: f64 = 0.9;
 const SLOWER: f32 = 0.8;
 const FASTER: f32 = 1.5;
 const LEAST_WAY: f32 = 0.02;
+
+/// So much of its way goes the first step that turns back: of cloth that lies on something ..
+pub(super) const LIES: f32 = SLOWER;
+/// .. and of cloth that hangs, nearly all. A swing that turns round, and a jerk, turn back once.
+pub(super) const HANGS: f32 = 0.999;
 
 /// A step that is about to be braked.
 #[derive(Clone, Copy)]
@@ -31,60 +39,139 @@ pub(super) struct Lying<'a> {
     pub pool: &'a Pool,
 }
 
-impl Lying<'_> {
-    /// The part of the kinetic energy of the proposal that is left, seen from a frame [1].
-    pub fn left_of_energy(self, cloth: &ClothRange, state: &State, ends: &Vectors, frame: &RigidMotion) -> f64 {
+impl<'a> Lying<'a> {
+    /// The ways of one of its cloths.
+    pub fn ways(self, cloth: &'a ClothRange, frame: RigidMotion) -> Ways<'a, impl Fn(usize) -> Vec3 + Sync> {
+        let Self { model, length, start, pool, .. } = self;
+        Ways { model, cloth, length, with: move |particle: usize| frame.way(start[particle]).as_vec3(), pool }
+    }
+}
+
+/// The ways of a cloth in a step, as seen from what carries it.
+pub(super) struct Ways<'a, F> {
+    pub model: &'a Model,
+    pub cloth: &'a ClothRange,
+    /// How long the step is [s].
+    pub length: f32,
+    /// How far a particle would go with what carries it [m].
+    pub with: F,
+    pub pool: &'a Pool,
+}
+
+impl<F: Fn(usize) -> Vec3 + Sync> Ways<'_, F> {
+    /// The part of the kinetic energy of the proposal that is left [1].
+    pub fn left_of_energy(&self, state: &State, proposed: &Vectors, ends: &Vectors) -> f64 {
         let (mut before, mut after) = (0.0, 0.0);
-        for particle in self.free(cloth) {
-            let (mass, with) = (f64::from(self.model.particles.mass[particle]), self.with(frame, particle));
-            let square =
-                |ends: &Vectors| mass * f64::from((ends.get(particle) - state.positions.get(particle) - with).length_squared());
-            before += square(self.proposed);
+        for particle in self.free() {
+            let mass = f64::from(self.model.particles.mass[particle]);
+            let square = |ends: &Vectors| mass * f64::from(self.way(state, ends, particle).length_squared());
+            before += square(proposed);
             after += square(ends);
         }
         if before > 0.0 { after / before } else { 1.0 }
     }
 
-    /// The brake of a cloth after one of `before`, as its way goes on as the last one did, or turns back.
-    pub fn brake_from_now(self, before: f32, cloth: &ClothRange, state: &State, ends: &Vectors, frame: &RigidMotion) -> f32 {
+    /// Leaves a part of the way out, and returns it: more than `before`, the last one, where the way turns back, less where it goes on. The
+    /// first step that turns back goes `first` of its way. `parts` is workspace, a place for every chunk of particles.
+    pub fn brake(&self, before: f32, first: f32, state: &mut State, ends: &mut Vectors, parts: &mut [[f64; 3]]) -> f32 {
         let goes = 1.0 - before;
-        let goes = match self.coherence(cloth, state, ends, frame) {
-            onward if onward < TURNED => goes * SLOWER,
-            onward if onward > ONWARD => (goes * FASTER).min(1.0),
+        let goes = match self.cosine(state, ends, parts) {
+            cosine if cosine < TURNED && before == 0.0 => first,
+            cosine if cosine < TURNED => (goes * SLOWER).max(LEAST_WAY),
+            cosine if cosine > ONWARD => (goes * FASTER).min(1.0),
             _ => goes,
         };
-        1.0 - goes.max(LEAST_WAY)
+        let brake = 1.0 - goes;
+        if brake > 0.0 {
+            for particle in self.free() {
+                let back = self.way(state, ends, particle) * -brake;
+                ends.set(particle, ends.get(particle) + back);
+                state.velocities.set(particle, state.velocities.get(particle) + back / self.length);
+            }
+        }
+        brake
     }
 
-    /// Leaves out such a part of the way.
-    pub fn brake(self, brake: f32, cloth: &ClothRange, state: &mut State, ends: &mut Vectors, frame: &RigidMotion) {
-        for particle in self.free(cloth) {
-            let end = ends.get(particle);
-            let back = (end - state.positions.get(particle) - self.with(frame, particle)) * -brake;
-            ends.set(particle, end + back);
-            state.velocities.set(particle, state.velocities.get(particle) + back / self.length);
-        }
-    }
-
-    /// The cosine between this way and the last one, of all particles together by mass, seen from a frame [1].
-    fn coherence(self, cloth: &ClothRange, state: &State, ends: &Vectors, frame: &RigidMotion) -> f64 {
-        let (mut both, mut now, mut then) = (0.0, 0.0, 0.0);
-        for particle in self.free(cloth) {
-            let (mass, with) = (f64::from(self.model.particles.mass[particle]), self.with(frame, particle));
-            let way = (ends.get(particle) - state.positions.get(particle) - with).as_dvec3();
-            let last = (state.of_motion().get(particle) * self.length - with).as_dvec3();
-            both += mass * way.dot(last);
-            now += mass * way.length_squared();
-            then += mass * last.length_squared();
-        }
+    /// The cosine between this way and the last one, of all particles together by mass [1].
+    fn cosine(&self, state: &State, ends: &Vectors, parts: &mut [[f64; 3]]) -> f64 {
+        let (positions, motion) = (&state.positions, state.of_motion());
+        let [both, now, then] = sum_of_chunks(self.cloth.count, parts, self.pool, |run| {
+            let run = self.cloth.first + run.start..self.cloth.first + run.end;
+            arch().dispatch(Products { ways: self, run, positions, ends, motion })
+        });
         if now > 0.0 && then > 0.0 { both / (now * then).sqrt() } else { 1.0 }
     }
 
-    fn free(self, cloth: &ClothRange) -> impl Iterator<Item = usize> {
-        cloth.particles().filter(move |&particle| self.model.particles.inverse_mass[particle] > 0.0)
+    fn way(&self, state: &State, ends: &Vectors, particle: usize) -> Vec3 {
+        ends.get(particle) - state.positions.get(particle) - (self.with)(particle)
     }
 
-    fn with(self, frame: &RigidMotion, particle: usize) -> Vec3 {
-        frame.way(self.start[particle]).as_vec3()
+    fn free(&self) -> impl Iterator<Item = usize> {
+        self.cloth.particles().filter(|&particle| self.model.particles.inverse_mass[particle] > 0.0)
     }
+}
+
+/// So many sums go on side by side, whatever the length of the vector registers, so that bits do not depend on it ..
+const LANES: usize = 16;
+/// .. in single precision over so many products, before they go on in double precision.
+const BLOCK: usize = 256;
+
+/// Sums of M D D', M D D and M D' D', D' being the last way. What is held goes with what carries it: it adds nothing.
+struct Products<'a, F> {
+    ways: &'a Ways<'a, F>,
+    run: Range<usize>,
+    positions: &'a Vectors,
+    ends: &'a Vectors,
+    motion: &'a Vectors,
+}
+
+impl<F: Fn(usize) -> Vec3 + Sync> WithSimd for Products<'_, F> {
+    type Output = [f64; 3];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f64; 3] {
+        let with = &self.ways.with;
+        let along_x = self.along(|vectors| &vectors.x, |particle| with(particle).x);
+        let along_y = self.along(|vectors| &vectors.y, |particle| with(particle).y);
+        let along_z = self.along(|vectors| &vectors.z, |particle| with(particle).z);
+        std::array::from_fn(|sum| along_x[sum] + along_y[sum] + along_z[sum])
+    }
+}
+
+impl<F: Fn(usize) -> Vec3 + Sync> Products<'_, F> {
+    /// Along one of the axes.
+    #[inline(always)]
+    fn along(&self, column: impl Fn(&Vectors) -> &[f32], with: impl Fn(usize) -> f32) -> [f64; 3] {
+        let Ways { model, length, .. } = self.ways;
+        let [starts, ends, velocities] = [self.positions, self.ends, self.motion].map(column);
+        let masses = &model.particles.mass;
+        let mut sums = [0.0; 3];
+        for first in self.run.clone().step_by(BLOCK) {
+            let block = first..self.run.end.min(first + BLOCK);
+            let mut lanes = [[0.0_f32; LANES]; 3];
+            let columns = [starts, ends, velocities, masses].map(|column| column[block.clone()].as_chunks::<LANES>());
+            let [starts, ends, velocities, masses] = columns.map(|(lines, _)| lines);
+            for (line, (((starts, ends), velocities), masses)) in starts.iter().zip(ends).zip(velocities).zip(masses).enumerate()
+            {
+                for lane in 0..LANES {
+                    let with = with(first + line * LANES + lane);
+                    add(&mut lanes, lane, ends[lane] - starts[lane] - with, velocities[lane] * length - with, masses[lane]);
+                }
+            }
+            let [starts, ends, velocities, masses] = columns.map(|(_, rest)| rest);
+            for lane in 0..starts.len().min(LANES) {
+                let with = with(block.end - starts.len() + lane);
+                add(&mut lanes, lane, ends[lane] - starts[lane] - with, velocities[lane] * length - with, masses[lane]);
+            }
+            sums.iter_mut().zip(lanes).for_each(|(sum, lanes)| lanes.iter().for_each(|lane| *sum += f64::from(*lane)));
+        }
+        sums
+    }
+}
+
+#[inline(always)]
+fn add(sums: &mut [[f32; LANES]; 3], lane: usize, now: f32, then: f32, mass: f32) {
+    sums[0][lane] += mass * now * then;
+    sums[1][lane] += mass * now * now;
+    sums[2][lane] += mass * then * then;
 }

@@ -167,13 +167,9 @@ impl Touch {
             self.resolve(units, model, state, rounds.clone(), pool); // 2
             ends.clone_from(&self.proposed);
             state.velocities.clone_from(&self.velocities);
-            let verdict = self.conclude(units, stride, state, ends, corrections, pool); // 3
-            limited = Limited {
-                cuts: verdict.cuts,
-                lost_motion: verdict.lost_motion,
-                held_back_pins: verdict.held_back_pins,
-                ..limited
-            };
+            let concluded = self.conclude(units, stride, state, ends, corrections, pool); // 3
+            let Limited { cuts, lost_motion, held_back_pins, .. } = concluded;
+            limited = Limited { cuts, lost_motion, held_back_pins, ..limited };
             self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
             self.contact.certify(pool);
             if self.contact.cuts.list.is_empty() {
@@ -362,6 +358,9 @@ impl Touch {
                 limited.lost_motion = limited.lost_motion.max(unit.settle(stride, state, ends, descent, left_of_energy, pool));
             }
             self.rates.push(unit.tell_velocities(stride, state, ends, corrections, descent, pool));
+            if !touches {
+                unit.brake_hanging(stride, state, ends, descent, pool);
+            }
         }
         for (particle, way) in self.where_is.loose() {
             let (start, proposed) = (state.positions.get(particle), ends.get(particle));
@@ -389,8 +388,8 @@ impl Touch {
             let taken = self.gains.bound(stride, lying, &self.velocities, state, ends, &self.carriers);
             limited.lost_motion = limited.lost_motion.max(taken);
         }
-        for ((unit, descent), &left) in units.iter().zip(&self.descents).zip(&self.left_of_energy) {
-            unit.brake(lying, state, ends, left, &self.carriers, descent);
+        for ((unit, descent), &left) in units.iter_mut().zip(&self.descents).zip(&self.left_of_energy) {
+            unit.brake_lying(lying, state, ends, left, &self.carriers, descent);
         }
         if let Some(most) = self.contact.brings_apart() {
             units.iter().for_each(|unit| ease::ease(stride, unit.cloth(), state, &self.proposed, ends, most));

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::brake::Lying;
+use super::brake::{HANGS, LIES, Lying, Ways};
 use super::calm::{cycles_from_now, room_from_now};
 use super::certificate::Certificate;
 use super::descent::Descent;
@@ -39,6 +39,7 @@ pub(super) struct Unit {
     /// Workspace: what chunks of particles add to sums.
     energies: Vec<[f64; 1]>,
     products: Vec<[f64; 2]>,
+    turns: Vec<[f64; 3]>,
 }
 
 impl Unit {
@@ -74,6 +75,7 @@ impl Unit {
             gripped: Vec::new(),
             energies: vec![[0.0]; levels.motion().weights.len().div_ceil(CHUNK)],
             products: vec![[0.0; 2]; cloth.count.div_ceil(CHUNK)],
+            turns: vec![[0.0; 3]; cloth.count.div_ceil(CHUNK)],
             levels,
         })
     }
@@ -90,6 +92,7 @@ impl Unit {
         let proposed = measure(stride.model, &self.cloth, ends, pool);
         let limited = Limited { springs: proposed.over, ..Limited::default() };
         if proposed.worst <= 1.0 || proposed.worst.is_nan() {
+            state.calm[self.index].brake = 0.0;
             return limited;
         }
         let mut descent = self.begin(proposed, state, ends, pool);
@@ -105,6 +108,7 @@ impl Unit {
         };
         let lost = self.settle(stride, state, ends, &descent, left_of_energy, pool);
         self.tell_velocities(stride, state, ends, corrections, &descent, pool);
+        self.brake_hanging(stride, state, ends, &descent, pool);
         let verdict = self.certify(stride, state, ends, [descent.frame; 2], pool);
         Limited {
             sweeps: descent.earlier + descent.sweeps,
@@ -342,10 +346,20 @@ impl Unit {
         rate
     }
 
+    /// Leaves a part of its way out where it hangs on what moves as one and touches nothing, and its ways turn back. All of the way is
+    /// needed where a limit tightens: where the step starts, springs are over it.
+    pub fn brake_hanging(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, descent: &Descent, pool: &Pool) {
+        let hangs = !self.certificate.is_free() && !stride.inputs.limits[self.index].changes();
+        let Some(frame) = descent.frame.filter(|_| hangs) else { return };
+        let length = stride.plan.length as f32;
+        let ways = Ways { model: stride.model, cloth: &self.cloth, length, with: |_| frame, pool };
+        state.calm[self.index].brake = ways.brake(descent.brake, HANGS, state, ends, &mut self.turns);
+    }
+
     /// Leaves a part of its way out where it lies on something, of whose proposed energy `left_of_energy` is left as seen from the world or
     /// from what holds it. What several bodies carry apart, or grip and move, has no brake: it would take the speed that these give it.
-    pub fn brake(
-        &self,
+    pub fn brake_lying(
+        &mut self,
         lying: Lying<'_>,
         state: &mut State,
         ends: &mut Vectors,
@@ -356,18 +370,16 @@ impl Unit {
         let frame = match (carriers[self.index].by, descent.frame) {
             (Carrier::Nothing, Some(frame)) => Some((RigidMotion::along(frame.as_dvec3()), left_of_energy)),
             (Carrier::Rigid(frame), _) if self.certificate.is_free() && !self.is_gripped() => {
-                Some((frame, lying.left_of_energy(&self.cloth, state, ends, &frame)))
+                Some((frame, lying.ways(&self.cloth, frame).left_of_energy(state, lying.proposed, ends)))
             }
             _ => None,
         };
         let frame = frame.filter(|(_, left)| *left < ENERGY_IN_CONTACT).map(|(frame, _)| frame);
-        let brake = frame.map_or(0.0, |frame| lying.brake_from_now(descent.brake, &self.cloth, state, ends, &frame));
+        let brake =
+            frame.map_or(0.0, |frame| lying.ways(&self.cloth, frame).brake(descent.brake, LIES, state, ends, &mut self.turns));
         let calm = &mut state.calm[self.index];
         calm.brake = brake;
         calm.cycles = calm.cycles.min(if carriers[self.index].is_on_bodies { MOST_ON_BODIES } else { MOST_IF_TOUCHED });
-        if let Some(frame) = frame.filter(|_| brake > 0.0) {
-            lying.brake(brake, &self.cloth, state, ends, &frame);
-        }
     }
 
     /// Forgets how far particles have crept where the brake is on: cloth that lies still does not creep.
