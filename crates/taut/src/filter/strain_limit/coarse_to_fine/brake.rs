@@ -9,6 +9,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 use pulp::{Simd, WithSimd};
 
+use super::motion::{BLOCK, LANES};
 use crate::contact::RigidMotion;
 use crate::geometry::{Pool, Vectors, arch, sum_of_chunks};
 use crate::model::{ClothRange, Model};
@@ -110,11 +111,6 @@ impl<F: Fn(usize) -> Vec3 + Sync> Ways<'_, F> {
         self.cloth.particles().filter(|&particle| self.model.particles.inverse_mass[particle] > 0.0)
     }
 }
-
-/// So many sums go on side by side, whatever the length of the vector registers, so that bits do not depend on it ..
-const LANES: usize = 16;
-/// .. in single precision over so many products, before they go on in double precision.
-const BLOCK: usize = 256;
 
 /// Sums of M D D', M D D and M D' D', D' being the last way. What is held goes with what carries it: it adds nothing.
 struct Products<'a, F> {

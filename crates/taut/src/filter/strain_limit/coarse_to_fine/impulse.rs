@@ -8,6 +8,7 @@
 use glam::Vec3;
 use pulp::{Simd, WithSimd};
 
+use super::motion::{BLOCK, LANES};
 use crate::geometry::{Pool, Vectors, arch, sum_of_chunks};
 use crate::model::ClothRange;
 use crate::schedule::Stride;
@@ -60,11 +61,6 @@ pub(super) fn take_back(velocities: &mut Vectors, particle: usize, change: Vec3,
     velocities.set(particle, velocity + change * rate);
     change * rate
 }
-
-/// So many sums go on side by side, whatever the length of the vector registers, so that bits do not depend on it ..
-const LANES: usize = 16;
-/// .. in single precision over so many products, before they go on in double precision.
-const BLOCK: usize = 256;
 
 /// Sums of M (V - frame) C and M C C.
 struct Products<'a> {

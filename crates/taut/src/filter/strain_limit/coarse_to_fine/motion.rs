@@ -15,9 +15,9 @@ pub(super) struct Motion<'a> {
 }
 
 /// So many sums go on side by side, whatever the length of the vector registers, so that bits do not depend on it.
-const LANES: usize = 16;
-/// So many squares are summed in single precision before the sum goes on in double precision.
-const BLOCK: usize = 256;
+pub(super) const LANES: usize = 16;
+/// So many products are summed in single precision before the sum goes on in double precision.
+pub(super) const BLOCK: usize = 256;
 
 impl Motion<'_> {
     /// Sum of M |D - frame|^2 [kg m^2]: twice the kinetic energy in a moving frame, times the square of the step.
