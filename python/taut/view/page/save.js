@@ -20,7 +20,7 @@ export function saveStill(canvas) {
   canvas.toBlob((blob) => blob && download(blob, `taut-${stamp()}.png`), "image/png");
 }
 
-/** A film while it is being taken: `stop()` saves it. */
+/** A film while it is being taken: `stop()` saves it, with one picture at least. */
 export class Film {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
@@ -29,15 +29,23 @@ export class Film {
     /** @type {Blob[]} */
     const parts = [];
     this.recorder = new MediaRecorder(canvas.captureStream(60), { mimeType: type, videoBitsPerSecond: 12_000_000 });
-    this.recorder.ondataavailable = ({ data }) => parts.push(data);
+    // A busy machine has encoded nothing yet when a short film is to end; a file without a picture is none.
+    this.encoded = false;
+    this.ending = false;
+    this.recorder.ondataavailable = ({ data }) => {
+      parts.push(data);
+      this.encoded ||= data.size > 0;
+      if (this.ending) this.stop();
+    };
     this.recorder.onstop = () => {
       const kind = type.split(";")[0];
       download(new Blob(parts, { type: kind }), `taut-${stamp()}.${kind.split("/")[1]}`);
     };
-    this.recorder.start(1000);
+    this.recorder.start(100);
   }
 
   stop() {
-    this.recorder.stop();
+    this.ending = true;
+    if (this.encoded && this.recorder.state !== "inactive") this.recorder.stop();
   }
 }
