@@ -11,8 +11,7 @@ use pulp::{Simd, WithSimd};
 use crate::filter::Limited;
 use crate::forces::{bending_energy, curved_energy, elastic_energy};
 pub use crate::geometry::Times;
-use crate::geometry::threads::*;
-use crate::geometry::{CHUNK, Pool, Vectors, arch};
+use crate::geometry::{CHUNK, Pool, Vectors, arch, for_each_piece, items, sum_of_runs};
 use crate::inputs::Inputs;
 use crate::model::{ClothRange, Model};
 use crate::state::{State, longest_of, measure_squares};
@@ -78,9 +77,7 @@ pub struct StateReport {
 /// A velocity that is not finite has made its position so in the same step.
 fn all_finite(positions: &Vectors, pool: &Pool) -> bool {
     let finite = |run: &[f32]| arch().dispatch(AllFinite(run));
-    [&positions.x, &positions.y, &positions.z]
-        .into_iter()
-        .all(|column| if pool.pays_for(column.len()) { column.par_chunks(4 * CHUNK).all(finite) } else { finite(column) })
+    [&positions.x, &positions.y, &positions.z].into_iter().all(|column| sum_of_runs(column, pool, true, finite, |a, b| a && b))
 }
 
 struct AllFinite<'a>(&'a [f32]);
@@ -159,7 +156,7 @@ pub fn inspect(model: &Model, state: &State, inputs: &Inputs, diagnostics: &mut 
     let gravity = inputs.gravity.at(state.time()).as_vec3();
     let (worst_stretch, worst_spring) = diagnostics.measure(model, state, true, pool);
     let Diagnostics { bands, chunks, particles, free_mass, .. } = diagnostics;
-    for_each_part(particles, pool.pays_for(model.particle_count()), |chunk, part| {
+    for_each_piece(items(particles), pool.pays_for(model.particle_count()), |chunk, part| {
         *part = particles_of(chunk, model, state, gravity)
     });
     let elastic_energy = bands.iter().map(|band| band.elastic).chain(chunks.iter().map(|(_, part)| part.elastic)).sum();
@@ -187,8 +184,8 @@ impl Diagnostics {
     fn measure(&mut self, model: &Model, state: &State, energies: bool, pool: &Pool) -> (f64, Option<u32>) {
         let Self { grids, bands, chunks, .. } = self;
         let spread = pool.pays_for(model.particle_count());
-        for_each_part(bands, spread, |_, band| grids[band.grid].examine(model, &state.positions, band));
-        for_each_part(chunks, spread, |_, (run, part)| *part = springs_of(run.clone(), model, state, energies));
+        for_each_piece(items(bands), spread, |_, band| grids[band.grid].examine(model, &state.positions, band));
+        for_each_piece(items(chunks), spread, |_, (run, part)| *part = springs_of(run.clone(), model, state, energies));
         let mut worst = 0.0;
         let mut in_band = None;
         for band in &*bands {
@@ -205,14 +202,6 @@ impl Diagnostics {
             }
         }
         (if spring.is_some() { f64::from(worst).sqrt() - 1.0 } else { 0.0 }, spring)
-    }
-}
-
-fn for_each_part<T: Send>(parts: &mut [T], in_parallel: bool, work: impl Fn(usize, &mut T) + Sync) {
-    if in_parallel {
-        parts.par_iter_mut().enumerate().for_each(|(index, part)| work(index, part));
-    } else {
-        parts.iter_mut().enumerate().for_each(|(index, part)| work(index, part));
     }
 }
 

@@ -5,20 +5,23 @@
 mod awake;
 mod functions;
 mod parallel;
+mod pieces;
 mod places;
 mod pool;
 mod quads;
 mod registers;
 mod rows;
 mod rsqrt;
-#[cfg(not(feature = "threads"))]
-mod serial;
 mod sine;
 mod vectors;
 mod watch;
 
 pub use functions::{cbrt, exp2, hypot, power, turn, turn_about, turn_between};
-pub use parallel::{CHUNK, for_each_chunk, for_each_of_both, for_each_part, for_each_two_chunks, sum_of_chunks, sum_over_chunks};
+pub use parallel::{
+    CHUNK, for_each_chunk, for_each_of_both, for_each_part, for_each_piece, for_each_two_chunks, sum_in_any_order, sum_of_chunks,
+    sum_of_runs, sum_over_chunks,
+};
+pub use pieces::{Pieces, chunks, items};
 pub use places::put_in_places;
 pub use pool::Pool;
 pub use quads::{by_axis, by_vector, differences, fill_quads, roots};
@@ -28,11 +31,3 @@ pub use rsqrt::{reciprocal_sqrt, reciprocal_sqrts};
 pub use sine::sine_of_turns;
 pub use vectors::{SharedVectors, Vectors, VectorsChunk};
 pub use watch::{Times, Watch};
-
-/// Loops over parts, on the threads of the pool that is installed; without the feature `threads` one part after the other.
-pub(crate) mod threads {
-    #[cfg(not(feature = "threads"))]
-    pub use super::serial::*;
-    #[cfg(feature = "threads")]
-    pub use rayon::prelude::*;
-}

@@ -6,9 +6,7 @@ use std::ops::Range;
 use glam::Vec3;
 use pulp::{Simd, WithSimd};
 
-use super::arch;
-use super::threads::*;
-use super::{CHUNK, Pool};
+use super::{CHUNK, Pieces, Pool, arch, chunks, for_each_piece, items, sum_of_runs};
 
 /// Many 3-vectors, stored as an array of each coordinate.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -104,14 +102,10 @@ impl Vectors {
 
     /// Calls `work` for every `length` vectors of a range, on the pool's threads where that pays.
     pub fn for_each_part(&mut self, range: Range<usize>, length: usize, pool: &Pool, work: impl Fn(VectorsChunk<'_>) + Sync) {
-        let first = range.start;
-        let [x, y, z] = [&mut self.x, &mut self.y, &mut self.z].map(|column| &mut column[range.clone()]);
-        let each = |(index, ((x, y), z))| work(VectorsChunk { first: first + index * length, x, y, z });
-        if pool.pays_for(range.len()) {
-            x.par_chunks_mut(length).zip(y.par_chunks_mut(length)).zip(z.par_chunks_mut(length)).enumerate().for_each(each);
-        } else {
-            x.chunks_mut(length).zip(y.chunks_mut(length)).zip(z.chunks_mut(length)).enumerate().for_each(each);
-        }
+        let (first, in_parallel) = (range.start, pool.pays_for(range.len()));
+        for_each_piece(self.pieces(range, length), in_parallel, |index, columns| {
+            work(VectorsChunk::new(first + index * length, columns));
+        });
     }
 
     /// As [`Self::for_each_part`], each part with a workspace of its own.
@@ -123,16 +117,10 @@ impl Vectors {
         pool: &Pool,
         work: impl Fn(VectorsChunk<'_>, &mut T) + Sync,
     ) {
-        let first = range.start;
-        let [x, y, z] = [&mut self.x, &mut self.y, &mut self.z].map(|column| &mut column[range.clone()]);
-        let each = |(index, (((x, y), z), workspace))| work(VectorsChunk { first: first + index * length, x, y, z }, workspace);
-        if pool.pays_for(range.len()) {
-            let parts = x.par_chunks_mut(length).zip(y.par_chunks_mut(length)).zip(z.par_chunks_mut(length));
-            parts.zip(workspaces).enumerate().for_each(each);
-        } else {
-            let parts = x.chunks_mut(length).zip(y.chunks_mut(length)).zip(z.chunks_mut(length));
-            parts.zip(workspaces).enumerate().for_each(each);
-        }
+        let (first, in_parallel) = (range.start, pool.pays_for(range.len()));
+        for_each_piece((self.pieces(range, length), items(workspaces)), in_parallel, |index, (columns, workspace)| {
+            work(VectorsChunk::new(first + index * length, columns), workspace);
+        });
     }
 
     /// As [`Self::for_each_part`], for the same range of two.
@@ -144,22 +132,18 @@ impl Vectors {
         pool: &Pool,
         work: impl Fn(VectorsChunk<'_>, VectorsChunk<'_>) + Sync,
     ) {
-        let first = range.start;
-        let [x, y, z] = [&mut self.x, &mut self.y, &mut self.z].map(|column| &mut column[range.clone()]);
-        let [u, v, w] = [&mut other.x, &mut other.y, &mut other.z].map(|column| &mut column[range.clone()]);
-        let each = |(index, (((((x, y), z), u), v), w))| {
+        let (first, in_parallel) = (range.start, pool.pays_for(range.len()));
+        let both = (self.pieces(range.clone(), length), other.pieces(range, length));
+        for_each_piece(both, in_parallel, |index, (columns, others)| {
             let first = first + index * length;
-            work(VectorsChunk { first, x, y, z }, VectorsChunk { first, x: u, y: v, z: w });
-        };
-        if pool.pays_for(range.len()) {
-            let parts = x.par_chunks_mut(length).zip(y.par_chunks_mut(length)).zip(z.par_chunks_mut(length));
-            let others = (u.par_chunks_mut(length), v.par_chunks_mut(length), w.par_chunks_mut(length));
-            parts.zip(others.0).zip(others.1).zip(others.2).enumerate().for_each(each);
-        } else {
-            let parts = x.chunks_mut(length).zip(y.chunks_mut(length)).zip(z.chunks_mut(length));
-            let others = (u.chunks_mut(length), v.chunks_mut(length), w.chunks_mut(length));
-            parts.zip(others.0).zip(others.1).zip(others.2).enumerate().for_each(each);
-        }
+            work(VectorsChunk::new(first, columns), VectorsChunk::new(first, others));
+        });
+    }
+
+    /// The columns of every `length` vectors of a range.
+    fn pieces(&mut self, range: Range<usize>, length: usize) -> impl Pieces<Piece = Columns<'_>> {
+        let [x, y, z] = [&mut self.x, &mut self.y, &mut self.z].map(|column| chunks(&mut column[range.clone()], length));
+        ((x, y), z)
     }
 
     /// `self[range] = base + factor change`.
@@ -188,13 +172,8 @@ impl Vectors {
     pub fn reach(&self, range: Range<usize>, pool: &Pool) -> f32 {
         let largest = |run: &[f32]| arch().dispatch(Largest(run));
         let of = |column: &Vec<f32>| {
-            let run = &column[range.clone()];
-            if pool.pays_for(run.len()) {
-                // The largest of all is the same in any order.
-                run.par_chunks(4 * CHUNK).map(largest).reduce(|| 0.0, f32::max)
-            } else {
-                largest(run)
-            }
+            // The largest of all is the same in any order.
+            sum_of_runs(&column[range.clone()], pool, 0.0, largest, f32::max)
         };
         [&self.x, &self.y, &self.z].map(of).into_iter().fold(0.0, f32::max)
     }
@@ -285,7 +264,14 @@ pub struct VectorsChunk<'a> {
     pub z: &'a mut [f32],
 }
 
-impl VectorsChunk<'_> {
+/// The three columns of a run.
+type Columns<'a> = ((&'a mut [f32], &'a mut [f32]), &'a mut [f32]);
+
+impl<'a> VectorsChunk<'a> {
+    fn new(first: usize, ((x, y), z): Columns<'a>) -> Self {
+        Self { first, x, y, z }
+    }
+
     /// The vector of an index that lies in the run.
     ///
     /// # Panics

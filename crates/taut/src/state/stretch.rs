@@ -4,8 +4,7 @@ use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
-use crate::geometry::threads::*;
-use crate::geometry::{CHUNK, Pool, Vectors, arch};
+use crate::geometry::{CHUNK, Pool, Vectors, arch, sum_in_any_order};
 use crate::model::{ClothRange, Lattice, Model};
 
 /// What the type 1 springs of a cloth say.
@@ -43,12 +42,7 @@ pub fn measure(model: &Model, cloth: &ClothRange, positions: &Vectors, pool: &Po
 /// Calls `part` with every `length` of `count` items; sums what is over and finds the worst, in any order.
 fn worst_of(count: usize, length: usize, in_parallel: bool, part: impl Fn(Range<usize>) -> (u32, f32) + Sync) -> (u32, f32) {
     let each = |index: usize| part(index * length..count.min((index + 1) * length));
-    let parts = count.div_ceil(length);
-    if in_parallel {
-        (0..parts).into_par_iter().map(each).reduce(|| (0, 0.0), worse)
-    } else {
-        (0..parts).map(each).fold((0, 0.0), worse)
-    }
+    sum_in_any_order(0..count.div_ceil(length), in_parallel, (0, 0.0), |_, index| each(index), worse)
 }
 
 /// The larger ratio, and that is whatever is not a number; the sum of what is over.

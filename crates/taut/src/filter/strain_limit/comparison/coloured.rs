@@ -11,8 +11,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::Vec3;
 
-use crate::geometry::threads::*;
-use crate::geometry::{CHUNK, Pool, SharedVectors, Vectors};
+use crate::geometry::{CHUNK, Pool, SharedVectors, Vectors, chunks, sum_in_any_order};
 use crate::model::Model;
 
 /// Type 1 springs with at least one free end, sorted by colour, each with what a method keeps about it.
@@ -107,12 +106,9 @@ impl<T: Send> ColouredSprings<T> {
             let springs = &mut self.springs[self.starts[colour]..self.starts[colour + 1]];
             self.clock += 1;
             let visit = Visit { ends, velocities, step: pass.step, local: pass.local, now: self.clock, moved: &self.moved };
-            let work = |springs: &mut [Coloured<T>]| visit.all(springs, &correct);
-            found = found.and(if pool.pays_for(springs.len()) {
-                springs.par_chunks_mut(CHUNK).map(work).reduce(Found::default, Found::and)
-            } else {
-                work(springs)
-            });
+            let (in_parallel, runs) = (pool.pays_for(springs.len()), chunks(springs, CHUNK));
+            let all = |_, springs: &mut [Coloured<T>]| visit.all(springs, &correct);
+            found = found.and(sum_in_any_order(runs, in_parallel, Found::default(), all, Found::and));
         }
         found
     }

@@ -8,8 +8,9 @@ use pulp::{Simd, WithSimd};
 
 use super::super::Measure;
 use super::tiles::TILE;
-use crate::geometry::threads::*;
-use crate::geometry::{Pool, arch, by_axis, by_vector, differences, for_each_chunk, for_each_two_chunks, roots};
+use crate::geometry::{
+    Pool, arch, by_axis, by_vector, chunks, differences, for_each_chunk, for_each_piece, for_each_two_chunks, roots,
+};
 use crate::model::Parents;
 
 /// How many springs are looked at together.
@@ -98,16 +99,12 @@ impl GeneralLevel {
         let tiles = block / TILE as usize;
         for phase in if backwards { [1, 0] } else { [0, 1] } {
             let (d, moved) = (d.get_mut(phase * block..).unwrap_or_default(), moved.get_mut(phase * tiles..).unwrap_or_default());
-            let each = |(index, (d, moved)): (usize, (&mut [Vec4], &mut [bool]))| {
+            let both = (chunks(d, 2 * block), chunks(moved, 2 * tiles));
+            for_each_piece(both, in_parallel, |index, (d, moved)| {
                 let first = (2 * index + phase) * tiles;
                 let tiles = first..(first + tiles).min(starts.len() - 1);
                 arch().dispatch(Sweep { d, moved, first, tiles, bundles, starts, spans, pull, backwards, only });
-            };
-            if in_parallel {
-                d.par_chunks_mut(2 * block).zip(moved.par_chunks_mut(2 * tiles)).enumerate().for_each(each);
-            } else {
-                d.chunks_mut(2 * block).zip(moved.chunks_mut(2 * tiles)).enumerate().for_each(each);
-            }
+            });
         }
     }
 

@@ -2,8 +2,7 @@
 
 use super::super::Measure;
 use super::level::GeneralLevel;
-use crate::geometry::Pool;
-use crate::geometry::threads::*;
+use crate::geometry::{Pool, items, sum_in_any_order};
 use crate::model::Adjacency;
 
 /// Particles in a tile; near ones have near places, so that a tile is a patch of the cloth.
@@ -50,18 +49,14 @@ impl GeneralTiles {
     /// `enough`.
     pub fn measure(&mut self, level: &GeneralLevel, enough: f32, pool: &Pool) -> Measure {
         let Self { around, marked, .. } = self;
-        let each = |(tile, marked): (usize, &mut bool)| {
+        let each = |tile, marked: &mut bool| {
             // The ends of its springs are in the tile or in its neighbours, and springs that begin in theirs pull at them.
             let changed = level.moved[tile] || around.of(tile).iter().any(|&other| level.moved[other as usize]);
             let here = if changed { level.measure(tile, enough) } else { Measure::default() };
             *marked = here.over > 0;
             here
         };
-        if pool.pays_for(level.d.len()) {
-            marked.par_iter_mut().enumerate().map(each).reduce(Measure::default, Measure::and)
-        } else {
-            marked.iter_mut().enumerate().map(each).fold(Measure::default(), Measure::and)
-        }
+        sum_in_any_order(items(marked), pool.pays_for(level.d.len()), Measure::default(), each, Measure::and)
     }
 
     /// The tiles that are over their limit.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::super::Measure;
 use super::kernels::BLOCK;
 use super::level::LatticeLevel;
-use crate::geometry::threads::*;
+use crate::geometry::{for_each_piece, items};
 
 /// Rows in a band of tiles.
 const BAND: usize = 2;
@@ -92,16 +92,11 @@ impl LatticeTiles {
             }
             self.widen(1);
         }
-        let each = |(band, (tile, found)): (usize, (&mut Tile, &mut Measure))| {
+        for_each_piece((items(&mut self.bands), items(&mut self.found)), in_parallel, |band, (tile, found)| {
             let before = std::mem::take(tile);
             let rows = band * BAND..(band + 1) * BAND;
             *found = if before.is_empty() { Measure::default() } else { work(rows, before.blocks(), tile) };
-        };
-        if in_parallel {
-            self.bands.par_iter_mut().zip(&mut self.found).enumerate().for_each(each);
-        } else {
-            self.bands.iter_mut().zip(&mut self.found).enumerate().for_each(each);
-        }
+        });
         self.found.iter().fold(Measure::default(), |all, found| all.and(*found))
     }
 
