@@ -87,14 +87,15 @@ def scales(effort: Effort) -> Row:
 def tips(effort: Effort) -> Row:
     """Heavy tips at automatic steps and at more and more of them."""
     parts, met = [], True
+    steps = STEPS if effort.whole else STEPS[:2]
     for name in TIPS:
         automatic = off(name)
-        errors = [off(name, {"substeps": substeps}).worst for substeps in STEPS]
+        errors = [off(name, {"substeps": substeps}).worst for substeps in steps]
         # Below half a per cent the converged motion is no better than what is compared with it.
         shrinks = all(after <= 1.02 * before or after <= 0.005 for before, after in pairwise(errors))
         met = met and automatic.worst <= WITHIN and shrinks
         worst = ", ".join(f"{100 * error:.1f}" for error in errors)
-        parts.append(f"{name} {automatic}; at {STEPS[0]} to {STEPS[-1]} steps {worst} %")
+        parts.append(f"{name} {automatic}; at {steps[0]} to {steps[-1]} steps {worst} %")
     target = (
         "0.05 to 0.5 kg at the free corner of a 0.2 kg sheet, first second, automatic steps: peak speed and "
         "path within 3 %; the larger of both shrinks with every doubling from 4 to 64 steps a frame"
