@@ -298,6 +298,18 @@ def test_cloth_on_a_corner_comes_to_rest_again_when_it_is_shaken(seed: int) -> N
     assert jerks(simulation) < 2e-4
 
 
+@pytest.mark.parametrize("mesh", [False, True])
+def test_cloth_that_lies_still_follows_gravity_that_tilts(mesh: bool) -> None:
+    simulation = stage("ball", 25, mesh).simulation(1)
+    simulation.step(240 * simulation.substeps)
+    start = simulation.exact_positions
+    simulation.gravity = [1.7, 0.0, -9.66]  # by 10 degrees
+    simulation.step(30 * simulation.substeps)
+    assert np.linalg.norm(simulation.exact_positions - start, axis=1).mean() > 1e-3
+    simulation.step(120 * simulation.substeps)
+    assert jerks(simulation) < 5e-5
+
+
 def test_what_moves_elsewhere_does_not_shake_cloth_that_lies() -> None:
     def shaken(across: int) -> float:
         here = stage("corner", across, True)

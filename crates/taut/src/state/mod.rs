@@ -46,6 +46,9 @@ pub struct State {
     pub may_cross: bool,
     /// In how many parts contact has steps taken; none where nothing touches.
     pub halving: Option<Halving>,
+    /// Loads under which the brakes of cloths became firm, as mean accelerations [m/s^2]; zero where there is no brake. Empty where nothing
+    /// can touch.
+    pub loads: Vec<Vec3>,
     /// How far each particle has crept along what it sticks to, and is to be taken back [m]; empty where nothing can touch.
     pub crept: Vectors,
     /// What a user holds that something in its way keeps from where it should be, by rising particles.
@@ -184,6 +187,7 @@ impl State {
             paces: vec![0.0; if model.contact.is_on { model.bodies.list.len() } else { 0 }],
             may_cross: model.contact.untangles,
             halving: model.contact.is_on.then(Halving::default),
+            loads: vec![Vec3::ZERO; if model.contact.is_on { model.cloths.len() } else { 0 }],
             crept: Vectors::zeros(if model.contact.is_on { model.particle_count() } else { 0 }),
             behind: Vec::new(),
         }
@@ -211,18 +215,23 @@ impl State {
         own.into_iter().chain([&self.past.displacements, &self.past.gains, &self.crept]).filter(|vectors| !vectors.is_empty())
     }
 
-    /// What a run needs besides: how calm each cloth is, and where things touch in how many parts steps are taken, and how bodies come
-    /// back to their paths.
+    /// What a run needs besides: how calm each cloth is, and where things touch in how many parts steps are taken, how bodies come back to
+    /// their paths, and the loads that brakes hold for.
     pub fn memory_of_steps(&self) -> impl Iterator<Item = Vec3> {
         let calm = self.calm.iter().map(|calm| calm.to_vector());
-        calm.chain(self.halving.map(Halving::to_vector)).chain(self.paces.iter().map(|&pace| Vec3::X * pace))
+        let paces = self.paces.iter().map(|&pace| Vec3::X * pace);
+        calm.chain(self.halving.map(Halving::to_vector)).chain(paces).chain(self.loads.iter().copied())
     }
 
     /// Takes what [`Self::memory_of_steps`] told.
     pub fn recall_steps(&mut self, mut memory: impl Iterator<Item = Vec3>) {
         self.calm.iter_mut().zip(&mut memory).for_each(|(calm, vector)| *calm = Calm::from_vector(vector));
         self.halving.iter_mut().zip(&mut memory).for_each(|(halving, vector)| *halving = Halving::from_vector(vector));
-        self.paces.iter_mut().zip(memory).for_each(|(pace, vector)| *pace = if vector.x.is_finite() { vector.x } else { 0.0 });
+        self.paces
+            .iter_mut()
+            .zip(&mut memory)
+            .for_each(|(pace, vector)| *pace = if vector.x.is_finite() { vector.x } else { 0.0 });
+        self.loads.iter_mut().zip(memory).for_each(|(load, vector)| *load = if vector.is_finite() { vector } else { Vec3::ZERO });
     }
 
     /// The vectors of [`Self::memory`], to be filled.
@@ -267,6 +276,7 @@ impl State {
         self.paces.clone_from(&other.paces);
         self.may_cross = other.may_cross;
         self.halving = other.halving;
+        self.loads.clone_from(&other.loads);
         self.crept.copy_on(&other.crept, pool);
         self.behind.clone_from(&other.behind);
     }

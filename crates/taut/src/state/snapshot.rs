@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec3};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::{Behind, Calm, Clock, Offset, Past, State};
@@ -62,6 +62,7 @@ impl State {
         if let Some(Halving { halvings, wait, patience }) = self.halving {
             bytes.extend([halvings, wait, patience].into_iter().flat_map(u32::to_le_bytes));
         }
+        bytes.extend(self.loads.iter().flat_map(|load| load.to_array()).flat_map(f32::to_le_bytes));
         for column in [&self.crept.x, &self.crept.y, &self.crept.z] {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
         }
@@ -153,6 +154,9 @@ impl Reader<'_> {
         if let Some(halving) = &mut state.halving {
             let [halvings, wait, patience] = [self.take()?, self.take()?, self.take()?].map(u32::from_le_bytes);
             *halving = Halving::new(halvings, wait, patience);
+        }
+        for load in &mut state.loads {
+            *load = Vec3::new(self.single()?, self.single()?, self.single()?);
         }
         state.crept = self.vectors(state.crept.len())?;
         for _ in 0..self.whole()? {

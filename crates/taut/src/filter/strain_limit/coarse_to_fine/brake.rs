@@ -13,6 +13,7 @@ use super::motion::{BLOCK, LANES};
 use crate::contact::RigidMotion;
 use crate::geometry::{Pool, Vectors, arch, sum_of_chunks};
 use crate::model::{ClothRange, Model};
+use crate::schedule::Stride;
 use crate::state::State;
 
 /// Where ways turn back, their cosine with the last ones being below the first of these, steps go on by so much less of their way, down to
@@ -27,6 +28,35 @@ const LEAST_WAY: f32 = 0.02;
 pub(super) const LIES: f32 = SLOWER;
 /// .. and of cloth that hangs, nearly all. A swing that turns round, and a jerk, turn back once.
 pub(super) const HANGS: f32 = 0.999;
+
+/// Cloth that hardly moves, the brake being this at least, shows its load. The brake lets go where that changes by such a part: ways that
+/// turn back would hide what another load asks for.
+const FIRM: f32 = 0.9;
+const OTHER_LOAD: f32 = 0.02;
+
+/// What is left of the brake of a cloth under the load of a step, which is what this accelerates the cloth by in the mean. Keeps the load
+/// under which the brake became firm.
+pub(super) fn left_under_load(brake: f32, stride: Stride<'_>, index: usize, state: &mut State, proposed: &Vectors) -> f32 {
+    // Without the velocities of the last motion nothing tells what has been gained.
+    if brake == 0.0 || state.motion.is_empty() {
+        state.loads[index] = Vec3::ZERO;
+        return brake;
+    }
+    let (particles, length) = (&stride.model.particles, stride.plan.length as f32);
+    let (mut gained, mut mass) = (DVec3::ZERO, 0.0);
+    for particle in stride.model.cloths[index].particles().filter(|&particle| particles.inverse_mass[particle] > 0.0) {
+        let velocity = (proposed.get(particle) - state.positions.get(particle)) / length;
+        let own = f64::from(particles.mass[particle]);
+        gained += own * (velocity - state.motion.get(particle)).as_dvec3();
+        mass += own;
+    }
+    let (load, held) = ((gained / (mass * stride.plan.length)).as_vec3(), &mut state.loads[index]);
+    let is_other = brake >= FIRM && (load - *held).length() > OTHER_LOAD * held.length();
+    if is_other || brake < FIRM {
+        *held = load;
+    }
+    if is_other { 0.0 } else { brake }
+}
 
 /// A step that is about to be braked.
 #[derive(Clone, Copy)]

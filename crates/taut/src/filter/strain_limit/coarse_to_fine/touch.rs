@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::brake::Lying;
+use super::brake::{Lying, left_under_load};
 use super::descent::Descent;
 use super::ease;
 use super::gains::Gains;
@@ -131,6 +131,7 @@ impl Touch {
                 return limited;
             }
             let mut descent = unit.begin(proposed, state, ends, pool);
+            descent.brake = left_under_load(descent.brake, stride, unit.index(), state, ends);
             descent.is_needed = proposed.worst > 1.0;
             if descent.is_needed {
                 unit.descend(model, &mut descent, false, pool);
