@@ -35,7 +35,7 @@ impl State {
     /// - magic, fingerprint, steps and time, origins;
     /// - the coordinate arrays of positions, V, velocities of the motion and the past, if any;
     /// - how calm cloths are, offsets of pins, places of bodies and how they come back to their paths;
-    /// - whether anything may intersect, in how many parts steps are taken, how far particles have crept;
+    /// - whether anything may intersect, in how many parts steps are taken, loads that brakes are for, how far particles have crept;
     /// - held particles that are behind their places;
     /// - held particles, hands, moved pins, bodies whose vertices were told, moved bodies;
     /// - XXH3 of all these.
