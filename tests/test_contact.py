@@ -298,18 +298,6 @@ def test_cloth_on_a_corner_comes_to_rest_again_when_it_is_shaken(seed: int) -> N
     assert jerks(simulation) < 2e-4
 
 
-def test_a_past_from_before_loads_were_kept_is_taken() -> None:
-    simulation, again = (stage("ball", 9, False).simulation(1) for _ in range(2))
-    simulation.step(30)
-    past = simulation.past
-    assert past is not None
-    again.set_state(simulation.exact_positions, simulation.velocities, 30, past[:-1])
-    assert again.past is not None
-    np.testing.assert_array_equal(again.past[:-1], past[:-1])
-    with pytest.raises(ValueError, match="past must have shape"):
-        again.set_state(simulation.exact_positions, simulation.velocities, 30, past[:-2])
-
-
 @pytest.mark.parametrize("mesh", [False, True])
 def test_cloth_that_lies_still_follows_gravity_that_tilts(mesh: bool) -> None:
     simulation = stage("ball", 25, mesh).simulation(1)

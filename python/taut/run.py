@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from taut import _taut
 from taut.cache import Cache, CacheWriter, Frame, Header, mesh_hash
-from taut.errors import SimulationError
+from taut.errors import CacheError, SimulationError
 from taut.report import Report
 from taut.simulation import Simulation
 
@@ -119,7 +119,13 @@ def _advance(simulation: Simulation, index: int) -> Frame:
 
 def _move_to(simulation: Simulation, cache: Cache, frame: int) -> None:
     state = cache.local_positions(frame), cache.velocities(frame)
-    simulation.set_state(*state, frame * simulation.substeps, cache.past(frame), cache.origins(frame))
+    past = cache.past(frame)
+    if past is not None and simulation.past is not None and past.shape != simulation.past.shape:
+        raise CacheError(
+            f"{cache.path}: keeps {len(past)} vectors of each frame's past, this version needs "
+            f"{len(simulation.past)}: another version of taut wrote it; start anew with --overwrite"
+        )
+    simulation.set_state(*state, frame * simulation.substeps, past, cache.origins(frame))
 
 
 def _frame(simulation: Simulation, ms: float) -> Frame:

@@ -352,10 +352,8 @@ impl Engine {
             State::in_world(&self.model, place, velocities, clock)
         };
         if let Some(past) = past {
-            let whole = state.memory().map(Vectors::len).sum::<usize>() + state.memory_of_steps().count();
-            // Caches of versions before know no loads of brakes, which come last.
-            let before = whole - state.loads.len();
-            let rows = arrays::from_numpy("past", past, if past.len().is_ok_and(|len| len == before) { before } else { whole })?;
+            let count_of_memory = state.memory().map(Vectors::len).sum::<usize>() + state.memory_of_steps().count();
+            let rows = arrays::from_numpy("past", past, count_of_memory)?;
             let mut rows = rows.iter();
             for vectors in state.memory_mut() {
                 *vectors = numbering.to_particles(&rows.by_ref().take(count).collect());
