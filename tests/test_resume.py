@@ -13,6 +13,7 @@ import zarr
 from taut import Cache, CacheError, Scene, Simulation, SimulationError, _taut, record
 from taut.cache import metadata
 from taut.run import Recording
+from taut.scene import find_scene
 
 FRAMES = 1500
 KILLS = 30
@@ -221,3 +222,14 @@ def test_killed_thirty_times_it_ends_the_same(tmp_path: Path, flag_file: Path) -
     np.testing.assert_array_equal(mine.diagnostics["state_hash"], whole.diagnostics["state_hash"])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["flag.toml", "killed.zarr", "straight.zarr"]
     assert {path.name for path in out.rglob("*.partial")} == set()
+
+
+def test_a_past_of_another_version_is_refused_with_a_remedy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = Scene.load(find_scene("ball"))
+    record(Simulation(scene), tmp_path / "out.zarr", 2)
+    monkeypatch.setattr(Simulation, "past", np.zeros((7, 3), np.float32))
+    with pytest.raises(CacheError, match="past, this version needs 7: .*start anew with --overwrite"):
+        record(Simulation(scene), tmp_path / "out.zarr", 4, existing="resume")
+    assert Cache.open(tmp_path / "out.zarr").frames == 2
