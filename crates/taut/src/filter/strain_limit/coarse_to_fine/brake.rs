@@ -16,23 +16,29 @@ use crate::model::{ClothRange, Model};
 use crate::schedule::Stride;
 use crate::state::State;
 
-/// Where ways turn back, their cosine with the last ones being below the first of these, steps go on by so much less of their way, down to
-/// the least; where they go on, the cosine being above the second, by so much more.
+/// Where ways turn back, their cosine with the last ones being below the first of these, steps go on by less of their way, down to the
+/// least; where they go on, the cosine being above the second, by so much more.
 const TURNED: f64 = 0.5;
 const ONWARD: f64 = 0.9;
-const SLOWER: f32 = 0.8;
 const FASTER: f32 = 1.5;
-const LEAST_WAY: f32 = 0.02;
+const LEAST_WAY: f32 = 0.005;
 
-/// So much of its way goes the first step that turns back: of cloth that lies on something ..
-pub(super) const LIES: f32 = SLOWER;
-/// .. and of cloth that hangs, nearly all. A swing that turns round, and a jerk, turn back once.
-pub(super) const HANGS: f32 = 0.999;
+/// How the ways of a cloth become less.
+pub(super) struct Slows {
+    /// So much of its way goes the first step that turns back, and so many times the part that the last one went those that follow [1].
+    first: f32,
+    then: f32,
+}
+
+/// Of cloth that lies on something. It slides as far as another load asks for before it is held.
+pub(super) const LIES: Slows = Slows { first: 0.9, then: 0.9 };
+/// Of cloth that hangs. A swing that turns round, and a jerk, turn back once: then it goes nearly all of its way.
+pub(super) const HANGS: Slows = Slows { first: 0.999, then: 0.8 };
 
 /// Cloth that hardly moves, the brake being this at least, shows its load. The brake lets go where that changes by such a part: ways that
 /// turn back would hide what another load asks for.
-const FIRM: f32 = 0.9;
-const OTHER_LOAD: f32 = 0.02;
+const FIRM: f32 = 0.95;
+const OTHER_LOAD: f32 = 0.01;
 
 /// What is left of the brake of a cloth under the load of a step, which is what this accelerates the cloth by in the mean. Keeps the load
 /// under which the brake became firm.
@@ -102,13 +108,13 @@ impl<F: Fn(usize) -> Vec3 + Sync> Ways<'_, F> {
         if before > 0.0 { after / before } else { 1.0 }
     }
 
-    /// Leaves a part of the way out, and returns it: more than `before`, the last one, where the way turns back, less where it goes on. The
-    /// first step that turns back goes `first` of its way. `parts` is workspace, a place for every chunk of particles.
-    pub fn brake(&self, before: f32, first: f32, state: &mut State, ends: &mut Vectors, parts: &mut [[f64; 3]]) -> f32 {
+    /// Leaves a part of the way out, and returns it: more than `before`, the last one, where the way turns back, less where it goes on.
+    /// `parts` is workspace, a place for every chunk of particles.
+    pub fn brake(&self, before: f32, slows: Slows, state: &mut State, ends: &mut Vectors, parts: &mut [[f64; 3]]) -> f32 {
         let goes = 1.0 - before;
         let goes = match self.cosine(state, ends, parts) {
-            cosine if cosine < TURNED && before == 0.0 => first,
-            cosine if cosine < TURNED => (goes * SLOWER).max(LEAST_WAY),
+            cosine if cosine < TURNED && before == 0.0 => slows.first,
+            cosine if cosine < TURNED => (goes * slows.then).max(LEAST_WAY),
             cosine if cosine > ONWARD => (goes * FASTER).min(1.0),
             _ => goes,
         };
