@@ -22,6 +22,14 @@ pins = [{ edge = "left" }]
 """
 
 
+def pytest_configure() -> None:
+    """Each of several workers has one core: threads that two keep awake would only wait for each other."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER")
+    if worker and hasattr(os, "sched_setaffinity"):
+        cores = sorted(os.sched_getaffinity(0))
+        os.sched_setaffinity(0, {cores[int(worker.removeprefix("gw")) % len(cores)]})
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Files that take long come first, so that no worker waits for another one at the end."""
     long = {item.path for item in items if item.get_closest_marker("slow")}
