@@ -67,7 +67,7 @@ pub fn step_all<'py>(
             let (done, wait) = channel();
             let taken = &mut taken;
             scope.spawn(move || {
-                pool.install(0, || {
+                pool.enter(0, || {
                     for_each_part(taken, usize::MAX, &pool, |index, taken| *taken = Some(take(worlds[index])));
                 });
                 done.send(())

@@ -149,7 +149,7 @@ fn take(
     };
     while summary.steps < count {
         let most = host.turn().ok_or(Failure::Stopped)?.max(1).min(count - summary.steps);
-        pool.install(state.positions.len(), || {
+        pool.install(model.load(), || {
             for _ in 0..most {
                 if summary.steps + 1 == count {
                     work.note(state, dt);

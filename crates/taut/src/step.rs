@@ -274,7 +274,7 @@ fn one_step(
     work.plan(model, dt); // dt -> parts of the step
     let Work { as_held, forces, integrator, filter, pool, plan, ends, .. } = work;
     let stride = Stride { model: as_held.as_ref().unwrap_or(model), inputs, plan, can_be_halved };
-    pool.install(model.particle_count(), || {
+    pool.install(model.load(), || {
         state.follow(stride.model, pool); // origins stay near cloths that travel
         filter::hold(stride, state); // paths, targets, hands -> v of what is held
         let evaluations = integrate::propose(stride, state, ends, forces, integrator, pool); // forces: x, v -> x*, v*
@@ -353,7 +353,7 @@ pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work)
     work.follow_limits(model, inputs, state.time());
     let Work { as_held, filter, pool, plan, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
-    pool.install(model.particle_count(), || {
+    pool.install(model.load(), || {
         filter::admit(Stride { model, inputs, plan, can_be_halved: false }, state, filter, pool)
     });
     work.forget_step();

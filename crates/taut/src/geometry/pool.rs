@@ -4,6 +4,9 @@ use super::CHUNK;
 #[cfg(feature = "threads")]
 use super::awake::awake;
 
+/// What keeps several threads busy for so many elements in all is worth waking them, which takes as long as a step of small cloths.
+const WORTH_WAKING: usize = 4 * CHUNK;
+
 /// The threads that one simulation uses.
 pub struct Pool {
     workers: Workers,
@@ -45,25 +48,43 @@ impl Pool {
         self.threads
     }
 
-    /// Runs `work`, whose loops have about `len` elements, where its parallel parts find the pool's threads: awake, if that pays and
-    /// they are its own.
-    #[cfg_attr(not(feature = "threads"), expect(unused_variables, reason = "nobody is kept awake"))]
+    /// Runs `work`, whose loops have about `len` elements, where its parallel parts find the pool's threads, awake; by the thread that
+    /// asks if that is too little for several.
     pub fn install<R: Send>(&self, len: usize, work: impl FnOnce() -> R + Send) -> R {
+        if len < WORTH_WAKING {
+            return work();
+        }
+        self.enter(self.threads - 1, work)
+    }
+
+    /// Runs `work` where its parallel parts find the pool's threads, so many others of them awake if they are its own.
+    #[cfg_attr(not(feature = "threads"), expect(unused_variables, reason = "nobody is kept awake"))]
+    pub fn enter<R: Send>(&self, awake_others: usize, work: impl FnOnce() -> R + Send) -> R {
         match &self.workers {
             #[cfg(feature = "threads")]
-            Workers::Own(workers) if workers.current_thread_index().is_none() => {
-                let others = if self.pays_for(len) { self.threads - 1 } else { 0 };
-                workers.install(|| awake(others, work))
-            }
+            Workers::Own(workers) if !is_within(workers) => workers.install(|| awake(awake_others, work)),
             _ => work(),
         }
     }
 
-    /// Whether a loop over `len` elements is worth handing to several threads.
+    /// Whether a loop over `len` elements is worth handing to several threads. Outside of them there are none.
     #[must_use]
     pub fn pays_for(&self, len: usize) -> bool {
-        !matches!(self.workers, Workers::Caller) && len >= CHUNK
+        let finds_threads = match &self.workers {
+            Workers::Caller => false,
+            #[cfg(feature = "threads")]
+            Workers::Own(workers) => is_within(workers),
+            #[cfg(feature = "threads")]
+            Workers::Host => true,
+        };
+        len >= CHUNK && finds_threads
     }
+}
+
+/// Whether one of these threads asks.
+#[cfg(feature = "threads")]
+fn is_within(workers: &rayon::ThreadPool) -> bool {
+    workers.current_thread_index().is_some()
 }
 
 impl Workers {
