@@ -353,9 +353,7 @@ pub fn admit(model: &Model, state: &mut State, inputs: &Inputs, work: &mut Work)
     work.follow_limits(model, inputs, state.time());
     let Work { as_held, filter, pool, plan, .. } = work;
     let model = as_held.as_ref().unwrap_or(model);
-    pool.install(model.load(), || {
-        filter::admit(Stride { model, inputs, plan, can_be_halved: false }, state, filter, pool)
-    });
+    pool.install(model.load(), || filter::admit(Stride { model, inputs, plan, can_be_halved: false }, state, filter, pool));
     work.forget_step();
 }
 
