@@ -50,7 +50,7 @@ pub use surface::{Search, Surface};
 use crate::geometry::Vectors;
 use crate::scene::Solver;
 
-/// Contact makes a step so many times as long, some 10 to 20 on the shipped scenes.
+/// Contact makes a step about so many times as long: on the shipped scenes 10 to 60 times.
 const TOUCHING: usize = 16;
 
 /// Everything about a scene that does not change while it runs. What does not depend on which particles are held may be shared with
