@@ -67,7 +67,7 @@ pub fn step_all<'py>(
             let (done, wait) = channel();
             let taken = &mut taken;
             scope.spawn(move || {
-                pool.enter(0, || {
+                pool.enter(|| {
                     for_each_part(taken, usize::MAX, &pool, |index, taken| *taken = Some(take(worlds[index])));
                 });
                 done.send(())

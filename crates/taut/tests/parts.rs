@@ -65,7 +65,7 @@ fn parts_are_taken_one_after_another_on_any_number_of_threads() {
             let (pool, mut state) = (Pool::new(threads), state.clone());
             let (mut forces, mut integrator) = (Forces::new(&model), Integrator::new(&model, &plan));
             let mut ends = state.positions.clone();
-            pool.enter(0, || {
+            pool.install(usize::MAX, || {
                 propose(model.stride(&plan), &mut state, &mut ends, &mut forces, &mut integrator, &pool);
             });
             assert_eq!((&ends, &state.velocities), (&expected.0, &expected.1), "{cells:?} on {threads} threads");

@@ -1,8 +1,6 @@
 //! Vectors as structure of arrays, the thread pool that walks over them, functions with the same bits everywhere, what steps spend their
 //! time on. Knows nothing of cloth.
 
-#[cfg(feature = "threads")]
-mod awake;
 mod functions;
 mod parallel;
 mod pieces;
@@ -13,6 +11,8 @@ mod registers;
 mod rows;
 mod rsqrt;
 mod sine;
+#[cfg(feature = "threads")]
+mod team;
 mod vectors;
 mod watch;
 

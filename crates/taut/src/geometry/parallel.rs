@@ -5,9 +5,12 @@
 //! Hence the same bits for any number of threads.
 
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use super::Pool;
 use super::pieces::{Pieces, chunks, items};
+#[cfg(feature = "threads")]
+use super::team;
 
 /// Elements in a chunk. Small enough to balance two threads on a 64 x 64 cloth, large enough to hide the hand-over.
 pub const CHUNK: usize = 1024;
@@ -30,6 +33,7 @@ fn for_each_index(count: usize, spread: Spread, work: &(dyn Fn(usize) + Sync)) {
         use rayon::prelude::*;
         match spread {
             Spread::Not => {}
+            _ if team::shares(count, work) => return,
             Spread::Runs => return (0..count).into_par_iter().for_each(work),
             Spread::Single => return (0..count).into_par_iter().with_max_len(1).for_each(work),
         }
@@ -51,27 +55,24 @@ pub fn for_each_piece<P: Pieces>(pieces: P, in_parallel: bool, work: impl Fn(usi
 
 /// Adds up what `each` returns for the number of each piece and the piece, in any order, on the threads of the pool that is installed
 /// if `in_parallel`. `add` must give the same bits in any order, and leave what `zero` is added to as it is.
-pub fn sum_in_any_order<P: Pieces, R: Copy + Send + Sync>(
+pub fn sum_in_any_order<P: Pieces, R: Copy + Send>(
     pieces: P,
     in_parallel: bool,
     zero: R,
     each: impl Fn(usize, P::Piece) -> R + Sync,
     add: impl Fn(R, R) -> R + Sync,
 ) -> R {
-    // SAFETY: every index below the count comes once, and nobody else has the pieces.
-    let each = |index| each(index, unsafe { pieces.piece(index) });
-    #[cfg(feature = "threads")]
-    if in_parallel {
-        use rayon::prelude::*;
-        return (0..pieces.count()).into_par_iter().map(each).reduce(|| zero, &add);
-    }
-    #[cfg(not(feature = "threads"))]
-    let _ = in_parallel;
-    (0..pieces.count()).map(each).fold(zero, add)
+    let sum = Mutex::new(zero);
+    for_each_piece(pieces, in_parallel, |index, piece| {
+        let part = each(index, piece);
+        let mut sum = sum.lock().unwrap_or_else(PoisonError::into_inner);
+        *sum = add(*sum, part);
+    });
+    sum.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// As [`sum_in_any_order`], of what `each` returns for runs of some values.
-pub fn sum_of_runs<R: Copy + Send + Sync>(
+pub fn sum_of_runs<R: Copy + Send>(
     values: &[f32],
     pool: &Pool,
     zero: R,

@@ -2,7 +2,7 @@
 
 use super::CHUNK;
 #[cfg(feature = "threads")]
-use super::awake::awake;
+use super::team::Team;
 
 /// What keeps several threads busy for so many elements in all is worth waking them, which takes as long as a step of small cloths.
 const WORTH_WAKING: usize = 4 * CHUNK;
@@ -17,7 +17,7 @@ enum Workers {
     /// The thread that asks does everything.
     Caller,
     #[cfg(feature = "threads")]
-    Own(rayon::ThreadPool),
+    Own(rayon::ThreadPool, Team),
     /// Those of the rayon pool that the caller is in, or of the global one.
     #[cfg(feature = "threads")]
     Host,
@@ -48,21 +48,22 @@ impl Pool {
         self.threads
     }
 
-    /// Runs `work`, whose loops have about `len` elements, where its parallel parts find the pool's threads, awake; by the thread that
-    /// asks if that is too little for several.
+    /// Runs `work`, whose loops have about `len` elements, where its parallel parts find the pool's threads, which look out for them if they
+    /// are its own; by the thread that asks if that is too little for several.
+    #[cfg_attr(not(feature = "threads"), expect(unused_variables, reason = "nobody is woken"))]
     pub fn install<R: Send>(&self, len: usize, work: impl FnOnce() -> R + Send) -> R {
-        if len < WORTH_WAKING {
-            return work();
-        }
-        self.enter(self.threads - 1, work)
-    }
-
-    /// Runs `work` where its parallel parts find the pool's threads, so many others of them awake if they are its own.
-    #[cfg_attr(not(feature = "threads"), expect(unused_variables, reason = "nobody is kept awake"))]
-    pub fn enter<R: Send>(&self, awake_others: usize, work: impl FnOnce() -> R + Send) -> R {
         match &self.workers {
             #[cfg(feature = "threads")]
-            Workers::Own(workers) if !is_within(workers) => workers.install(|| awake(awake_others, work)),
+            Workers::Own(workers, team) if len >= WORTH_WAKING && !is_within(workers) => workers.install(|| team.run(work)),
+            _ => work(),
+        }
+    }
+
+    /// Runs `work`, a loop of which each piece takes long and has loops itself, on the pool's threads.
+    pub fn enter<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        match &self.workers {
+            #[cfg(feature = "threads")]
+            Workers::Own(workers, _) if !is_within(workers) => workers.install(work),
             _ => work(),
         }
     }
@@ -73,7 +74,7 @@ impl Pool {
         let finds_threads = match &self.workers {
             Workers::Caller => false,
             #[cfg(feature = "threads")]
-            Workers::Own(workers) => is_within(workers),
+            Workers::Own(workers, _) => is_within(workers),
             #[cfg(feature = "threads")]
             Workers::Host => true,
         };
@@ -91,7 +92,7 @@ impl Workers {
     #[cfg(feature = "threads")]
     fn of(threads: usize) -> Self {
         let own = (threads > 1).then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok()).flatten();
-        own.map_or(Self::Caller, Self::Own)
+        own.map_or(Self::Caller, |own| Self::Own(own, Team::new(threads)))
     }
 
     #[cfg(not(feature = "threads"))]
