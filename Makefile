@@ -16,7 +16,9 @@ setup: .venv/built
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "taut needs Python 3.11 or newer, this is " + sys.version.split()[0])'
 	@command -v cargo > /dev/null || { echo "taut needs Rust (cargo): see https://rustup.rs"; exit 1; }
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.9,<2'
+	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.9,<2' 'uv>=0.9,<1'
+	@$(BIN)/uv pip install --quiet --python $(BIN)/python --requirements pyproject.toml --extra dev --extra docs \
+		|| echo "uv could not install the packages, pip will (it takes a minute longer)"
 	@touch $@
 
 .venv/built: .venv/ready $(RUST_SOURCES)

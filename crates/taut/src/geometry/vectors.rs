@@ -325,7 +325,7 @@ impl SharedVectors<'_> {
     ///
     /// # Safety
     /// `index` is below the length, and no other thread writes this vector meanwhile.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub unsafe fn get(&self, index: usize) -> Vec3 {
         debug_assert!(index < self.len);
@@ -337,7 +337,7 @@ impl SharedVectors<'_> {
     ///
     /// # Safety
     /// `index` is below the length, and no other thread touches this vector meanwhile.
-    #[inline]
+    #[inline(always)]
     pub unsafe fn set(&self, index: usize, value: Vec3) {
         debug_assert!(index < self.len);
         // SAFETY: the caller keeps `index` in range and all others away.
