@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zarr
-from taut import _taut
+from taut import Scene, Simulation, _taut, record
 from taut.formats import read_mesh, read_pc2
 from taut.scene import find_scene, shipped_scenes
 
@@ -37,7 +37,7 @@ def stretches(cache: Path) -> np.ndarray:
 def cache(request, tmp_path_factory):
     """The first 150 frames of each shipped scene; not to be changed."""
     folder = tmp_path_factory.mktemp("shipped")
-    taut("run", request.param.name, "--out", folder / "cache.zarr", "--frames", "150", "--quiet")
+    record(Simulation(Scene.load(request.param.name)), folder / "cache.zarr", 150)
     yield folder / "cache.zarr"
     shutil.rmtree(folder)
 

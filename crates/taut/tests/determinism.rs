@@ -196,9 +196,11 @@ fn nor_do_they_with_meshes_networks_and_all_together() {
         ("mixed", &mixed, "coarse_to_fine", 66, 12),
         ("mixed", &mixed, "provot", 66, 80),
     ];
+    // With other registers than the usual ones it is the bits of the same goldens that count: one number of threads will do.
+    let threads: &[usize] = if std::env::var_os(REGISTERS).is_some() { &[2] } else { &[1, 2, 3, 8] };
     let mut found = Vec::new();
     for (name, cloths, filter, cells, steps) in scenes {
-        let hashes = [1, 2, 3, 8].map(|threads| {
+        let hash = |&threads: &usize| {
             let mut run = Simulation::with_threads(of_cloths(cloths, filter, cells), threads);
             assert_eq!(run.work.pool().threads(), threads);
             assert!(
@@ -208,12 +210,16 @@ fn nor_do_they_with_meshes_networks_and_all_together() {
             let summary = run.steps(steps);
             assert_eq!(summary.limited_springs > 0, filter != "none", "{name}, {filter}");
             run.state.hash()
-        });
+        };
+        let hashes: Vec<u64> = threads.iter().map(hash).collect();
         assert!(hashes.iter().all(|&hash| hash == hashes[0]), "{name}, {filter}: {hashes:x?}");
         found.push((format!("{name}, {filter}"), hashes[0]));
     }
     goldens::check(&found);
 }
+
+/// Names the registers that a process shall use.
+const REGISTERS: &str = "TAUT_SIMD";
 
 /// Every golden once more, with each kind of registers that this processor has; they are chosen once a process.
 #[test]
@@ -222,7 +228,7 @@ fn the_width_of_registers_changes_no_bit() {
     let this = std::env::current_exe().expect("a file");
     let kinds: Vec<Registers> = Registers::here().collect();
     let runs = kinds.iter().map(|registers| {
-        Command::new(&this).args(tests).arg("--exact").env("TAUT_SIMD", registers.word()).env_remove("TAUT_GOLDENS").output()
+        Command::new(&this).args(tests).arg("--exact").env(REGISTERS, registers.word()).env_remove("TAUT_GOLDENS").output()
     });
     for (registers, run) in kinds.iter().zip(runs) {
         let run = run.expect("it starts");

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from taut.cache import Cache, Summary, cloth_of
-
 if TYPE_CHECKING:
+    from taut.cache import Cache, Summary
     from taut.compare import Comparison
     from taut.compare.contact import Found
     from taut.scene import Needs
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 Rows = list[tuple[str, str]]
 
 
-def run_table(cache: Cache, summary: Summary) -> Rows:
+def run_table(cache: "Cache", summary: "Summary") -> Rows:
     """The short table at the end of a run."""
     return [
         ("worst stretch", worst_stretch(cache, summary)),
@@ -27,7 +26,7 @@ def run_table(cache: Cache, summary: Summary) -> Rows:
     ]
 
 
-def full_table(cache: Cache, summary: Summary) -> Rows:
+def full_table(cache: "Cache", summary: "Summary") -> Rows:
     """Everything that ``taut info`` prints."""
     length = f"{summary.frames}, {summary.duration:.3f} s"
     step = f"{summary.substeps} a frame of {1e3 * summary.step_length:.4g} ms"
@@ -103,10 +102,12 @@ def show(rows: Rows) -> None:
     Console(markup=False, highlight=False).print(table)
 
 
-def worst_stretch(cache: Cache, summary: Summary) -> str:
+def worst_stretch(cache: "Cache", summary: "Summary") -> str:
     """The worst stretch in per cent, where and when."""
     if summary.worst_vertices is None:
         return "no springs"
+    from taut.cache import cloth_of
+
     first, second = (cloth_of(cache, vertex)[1] for vertex in summary.worst_vertices)
     where = f"in {summary.worst_cloth}, vertices {first} and {second}"
     when = f"frame {summary.worst_frame} ({summary.worst_time:.3f} s)"
@@ -117,7 +118,7 @@ def _per_cent(fraction: float) -> str:
     return f"{100 * fraction:.2f} %"
 
 
-def _energy(summary: Summary) -> str:
+def _energy(summary: "Summary") -> str:
     parts = {
         "kinetic": summary.kinetic_energy,
         "elastic": summary.elastic_energy,
@@ -126,7 +127,7 @@ def _energy(summary: Summary) -> str:
     return ", ".join(f"{name} {value:.4g} J" for name, value in parts.items())
 
 
-def _limited(summary: Summary) -> str:
+def _limited(summary: "Summary") -> str:
     steps = f"{summary.limited_steps} of {(summary.frames - 1) * summary.substeps}"
     if summary.cuts == 0:
         return steps
@@ -137,7 +138,7 @@ def _limited(summary: Summary) -> str:
     return f"{steps}, {summary.cuts} shortened by the certificate{pins}: {lost}"
 
 
-def _contact(summary: Summary) -> str:
+def _contact(summary: "Summary") -> str:
     steps = max(1, (summary.frames - 1) * summary.substeps)
     nearest = f", {1e3 * summary.closest:.3g} mm at the nearest" if math.isfinite(summary.closest) else ""
     cuts = f"{summary.halved_steps} of {steps} steps in parts, {summary.contact_cuts} shortened"
@@ -147,7 +148,7 @@ def _contact(summary: Summary) -> str:
     return f"{summary.contacts / steps:.0f} pairs a step{pinched}{nearest}, {cuts}{held}{left}"
 
 
-def _phases(summary: Summary) -> str:
+def _phases(summary: "Summary") -> str:
     frames = max(1, summary.frames - 1)
     detection, solve, certificate = (
         f"{total / frames:.2f}" for total in (summary.detection_ms, summary.solve_ms, summary.certificate_ms)
@@ -157,7 +158,7 @@ def _phases(summary: Summary) -> str:
     return f"detection {detection}, solve {solve}, certificate {certificate} ms a frame on the mean"
 
 
-def _speed(summary: Summary) -> str:
+def _speed(summary: "Summary") -> str:
     if summary.ms_per_frame is None or summary.real_time is None:
         return "nothing was simulated"
     speed = f"{summary.ms_per_frame:.2f} ms a frame, {summary.real_time:.3g} x real time"

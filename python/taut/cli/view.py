@@ -1,6 +1,5 @@
 """``taut view``."""
 
-import asyncio
 import contextlib
 import os
 import signal
@@ -43,6 +42,8 @@ def command(
     """See and touch a running scene, or play what was recorded, in a page of the browser."""
     with expected_errors():
         show = _show(what, settings or [], threads, sandbox)
+    import asyncio
+
     from taut.view import Server, listen
 
     try:
