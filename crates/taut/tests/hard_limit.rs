@@ -104,6 +104,25 @@ fn automatic_steps_bear_any_stiffness() {
     }
 }
 
+/// What is held by several neighbours took six times the cycles of what is held by one, and frames fifty times as long.
+#[test]
+fn a_held_place_costs_as_few_cycles_as_a_held_vertex() {
+    let cycles = |pins: serde_json::Value| {
+        let mut scene = scene_of(sheet([64, 64], 0.05, pins), 2, "coarse_to_fine", 9.81);
+        scene["wind"] = json!({ "velocity": [6.0, 1.0, 0.0], "gust": { "strength": 0.3, "period": 1.7, "seed": 1 } });
+        let mut run = Simulation::new(&scene);
+        let most = (0..100).map(|_| run.steps(1).sweeps).max().expect("a step");
+        assert!(worst(&run.model, &run.state) <= 1.0 + ROUNDING);
+        most
+    };
+    let vertex = cycles(json!([{ "corner": "top-left" }]));
+    for place in [[[-0.01, 0.93], [0.07, 1.01]], [[0.4, 0.99], [0.5, 1.01]], [[0.4, 0.4], [0.6, 0.6]]] {
+        let [[left, bottom], [right, top]] = place;
+        let place = cycles(json!([{ "box": [[left, bottom, -9.0], [right, top, 9.0]] }]));
+        assert!(place <= 2 * vertex, "{left}, {bottom}: {place} cycles in a step instead of {vertex}");
+    }
+}
+
 #[test]
 fn pins_torn_at_a_hundred_metres_per_second_leave_the_state_finite() {
     let pins = json!([

@@ -62,9 +62,10 @@ pub(super) fn levels(
     for range in cloths {
         range.heaviest = particles.heaviest(range);
         let (finest, bending) = rates[range.index];
-        if let Some(lattice) = range.lattice {
-            let Lattice { columns, rows, .. } = lattices[lattice];
-            range.rates = of_grid([columns, rows], particles.free_masses(range), finest);
+        let held = |particle: usize| particles.inverse_mass[range.first + particle] == 0.0;
+        if let Some(lattice) = range.lattice.map(|lattice| &lattices[lattice]).filter(|lattice| lattice.is_held_plainly(held)) {
+            range.rates = of_grid([lattice.columns, lattice.rows], particles.free_masses(range), finest);
+            range.hierarchy = None;
             continue;
         }
         let mut hierarchy = Hierarchy::new(range, particles, springs, triangles);

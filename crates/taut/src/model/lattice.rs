@@ -74,6 +74,29 @@ impl Lattice {
         }
     }
 
+    /// Whether the particles that are held, numbered from the first one of the grid, are single ones and whole borders. Levels of stride 2
+    /// know these. Of two other neighbours that are held they know one and take the other for free, which cycles do not make up for
+    /// (docs/decisions/coarse-to-fine.md).
+    pub(super) fn is_held_plainly(&self, is_held: impl Fn(usize) -> bool) -> bool {
+        let Self { columns, rows, .. } = *self;
+        let at = |column: usize, row: usize| is_held(row * columns + column);
+        let row_is_held = [0, rows - 1].map(|row| (0..columns).all(|column| at(column, row)));
+        let column_is_held = [0, columns - 1].map(|column| (0..rows).all(|row| at(column, row)));
+        let is_in_border = |column: usize, row: usize| {
+            (row == 0 && row_is_held[0])
+                || (row + 1 == rows && row_is_held[1])
+                || (column == 0 && column_is_held[0])
+                || (column + 1 == columns && column_is_held[1])
+        };
+        let is_single = |column: usize, row: usize| {
+            let around = (row.saturating_sub(1)..(row + 2).min(rows))
+                .flat_map(|row| (column.saturating_sub(1)..(column + 2).min(columns)).map(move |column| (column, row)));
+            around.filter(|&(column, row)| at(column, row)).count() == 1
+        };
+        let mut all = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
+        all.all(|(column, row)| !at(column, row) || is_in_border(column, row) || is_single(column, row))
+    }
+
     /// The springs along a row.
     #[must_use]
     pub fn along_row(&self, row: usize) -> &SpringRun {
@@ -102,5 +125,34 @@ impl SpringRun {
         self.stiffness.push(stiffness);
         self.stiffness_rest.push(stiffness * rest);
         self.damping.push(damping);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether this is held plainly, of 9 x 7 particles (column, row).
+    fn plainly(is_held: impl Fn(usize, usize) -> bool) -> bool {
+        let (along, upward) = Default::default();
+        let grid = Lattice { first: 0, columns: 9, rows: 7, along, upward, limits: [0.0; 4] };
+        grid.is_held_plainly(|particle| is_held(particle % 9, particle / 9))
+    }
+
+    #[test]
+    fn single_particles_and_whole_borders_are_held_plainly_and_other_neighbours_are_not() {
+        assert!(plainly(|_, _| false));
+        assert!(plainly(|column, row| (column, row) == (3, 5)));
+        assert!(plainly(|column, row| row == 6 && column % 2 == 0));
+        assert!(plainly(|column, _| column == 0));
+        assert!(plainly(|column, row| column == 0 || column == 8 || row == 0 || row == 6));
+        assert!(plainly(|column, row| row == 0 || (column, row) == (4, 3)));
+        assert!(!plainly(|column, _| column <= 1), "two columns");
+        assert!(!plainly(|column, row| row == 6 && column <= 1), "a part of a border");
+        assert!(!plainly(|column, row| column == 0 && row > 0), "all of a border but one");
+        assert!(!plainly(|column, row| [(3, 3), (4, 4)].contains(&(column, row))), "diagonal neighbours");
+        assert!(!plainly(|column, row| row == 0 || (column, row) == (4, 1)), "a neighbour of a border");
+        assert!(!plainly(|column, row| row == 3 && (0..9).contains(&column)), "a row inside");
+        assert!(!plainly(|_, _| true));
     }
 }

@@ -120,7 +120,7 @@ pub struct ClothRange {
     pub is_network: bool,
     /// Which of the model's lattices it is, if it is a grid.
     pub lattice: Option<usize>,
-    /// Which of the model's hierarchies is its, if it has one.
+    /// Which of the model's hierarchies is its, if its levels are not those of a lattice.
     pub hierarchy: Option<usize>,
     /// Which of the cloths it is.
     pub index: usize,
@@ -152,6 +152,12 @@ impl ClothRange {
     #[must_use]
     pub fn particles(&self) -> Range<usize> {
         self.first..self.first + self.count
+    }
+
+    /// Which of the model's lattices has its levels, if it is a grid that holds nothing that those could not know.
+    #[must_use]
+    pub fn lattice_of_levels(&self) -> Option<usize> {
+        self.lattice.filter(|_| self.hierarchy.is_none())
     }
 }
 

@@ -135,7 +135,7 @@ pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: 
         let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * LEAST_DECAY, OVERLAP * slowest * power(step_length, 2));
         parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
     }
-    let sets_out = if cloth.lattice.is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
+    let sets_out = if cloth.lattice_of_levels().is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
     while WORTH * parts <= unscaled && moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < sets_out {
         parts = (1.25 * parts).ceil();
     }

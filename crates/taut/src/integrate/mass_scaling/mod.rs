@@ -47,7 +47,7 @@ impl MassScaling {
     /// Of a cloth with levels, for a step whose masses are scaled.
     pub fn new(model: &Model, cloth: &ClothRange, timing: &ScaledTiming) -> Option<Self> {
         let count = cloth.rates.len();
-        let levels: Box<dyn MassLevels> = match cloth.lattice {
+        let levels: Box<dyn MassLevels> = match cloth.lattice_of_levels() {
             Some(lattice) => Box::new(LatticeMassLevels::new(model, cloth, &model.lattices[lattice], count)),
             None => Box::new(GeneralMassLevels::new(cloth, &model.hierarchies[cloth.hierarchy?])),
         };

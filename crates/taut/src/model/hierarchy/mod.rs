@@ -19,7 +19,7 @@ const FEW: usize = 4;
 /// Nor does one of which the next level would keep more than this part: it has fallen into pieces.
 const SHRINKS: f64 = 0.8;
 
-/// The levels of a cloth that is no lattice.
+/// The levels of a cloth that is no lattice, or holds what the levels of one could not know.
 #[derive(Debug)]
 pub struct Hierarchy {
     /// The finest first.

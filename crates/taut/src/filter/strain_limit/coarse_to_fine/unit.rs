@@ -51,9 +51,9 @@ impl Unit {
         let masses = &model.particles.mass[cloth.particles()];
         let heaviest = masses.iter().fold(0.0, |most: f32, mass| most.max(*mass));
         let is_heavy = heaviest > HEAVY * masses.iter().sum::<f32>() / masses.len() as f32;
-        let back_off = if cloth.lattice.is_some() && !is_heavy { BACK_OFF_OF_GRIDS } else { BACK_OFF };
+        let back_off = if cloth.lattice_of_levels().is_some() && !is_heavy { BACK_OFF_OF_GRIDS } else { BACK_OFF };
         let delta = (back_off * shrunk).min(largest * strain) / (1.0 + strain);
-        let mut levels: Box<dyn Levels> = match cloth.lattice {
+        let mut levels: Box<dyn Levels> = match cloth.lattice_of_levels() {
             Some(lattice) => Box::new(lattice::LatticeLevels::new(model, &model.lattices[lattice], strain, delta, shrunk)),
             None => Box::new(general::GeneralLevels::new(&model.hierarchies[cloth.hierarchy?], cloth, strain, delta)),
         };
