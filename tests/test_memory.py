@@ -94,6 +94,7 @@ def python(code: str, *arguments: str, text: str = "") -> str:
     ("kind", "cloth", "solver"),
     [
         ("grid", {}, {}),
+        ("grid", {"pins": [{"box": [[-1, -1, -1], [0.02, 2, 2]]}]}, {}),
         ("grid", {"bending": "fabric"}, {}),
         ("grid", {"flexion_stiffness": 0.01}, {}),
         ("grid", {"bending": "fabric", "bending_model": "choi_ko"}, {}),

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::MeshData;
-use crate::scene::{BendingModel, Body, Cloth, FilterKind, Scene, Solver, Source};
+use crate::scene::{BendingModel, Body, Cloth, FilterKind, Scene, Selector, Solver, Source};
 
 /// What a scene needs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -27,7 +27,7 @@ const SPRING: u64 = 150;
 const TRIANGLE: u64 = 230;
 /// Of a point of a network: its scene is kept with it.
 const POINT: u64 = 790;
-/// Of a spring outside of grids, in the levels of "coarse_to_fine".
+/// Of a spring in the levels of "coarse_to_fine", but for grids that hold single vertices and whole borders.
 const LEVELS: u64 = 230;
 /// Of a vertex that can touch something: its neighbours, its trees, its charts and the pairs of a step; grids have levels of their own then.
 const CONTACT: u64 = 2500;
@@ -98,9 +98,12 @@ impl Footprint {
         // What can touch anything has been given a thickness.
         let touches = cloth.thickness.is_some();
         let contact = if cloth.network.is_some() { CONTACT_OF_POINT } else { CONTACT };
+        let mut selectors = cloth.pins.iter().flat_map(|pin| pin.selectors());
+        let may_hold_neighbours = selectors.any(|selector| matches!(selector, Selector::Box(_) | Selector::Vertices([_, _, ..])));
+        let has_hierarchy = cloth.grid.is_none() || touches || may_hold_neighbours;
         let each = |applies: bool, bytes: u64| if applies { bytes } else { 0 };
         let of_spring = SPRING
-            + each(solver.filter == FilterKind::CoarseToFine && (cloth.grid.is_none() || touches), LEVELS)
+            + each(solver.filter == FilterKind::CoarseToFine && has_hierarchy, LEVELS)
             + each(solver.integrator.is_implicit(), MATRIX)
             + each(solver.filter == FilterKind::Xpbd, COMPLIANCE)
             + each(solver.filter == FilterKind::FastProjection, FACTORS)
