@@ -184,12 +184,16 @@ fn nor_do_they_with_meshes_networks_and_all_together() {
     };
     let mesh = [mesh_cloth("mesh")];
     let net = [net_cloth("net", 68)];
+    let mut patched = grid("patched", [96, 64]);
+    patched["pins"] = json!([{ "box": [[-0.01, -1.0, 1.9], [0.1, 1.0, 2.01]] }]);
+    let patched = [patched];
     let mixed = [grid("large", [96, 64]), mesh_cloth("mesh"), net_cloth("net", 66), grid("small", [3, 3])];
-    let scenes: [(&str, &[Value], &str, u32, u64); 9] = [
+    let scenes: [(&str, &[Value], &str, u32, u64); 10] = [
         ("mesh", &mesh, "coarse_to_fine", 72, 30),
         ("mesh", &mesh, "none", 72, 30),
         ("mesh", &mesh, "sweeps", 72, 120),
         ("mesh", &mesh, "xpbd", 72, 20),
+        ("patched", &patched, "coarse_to_fine", 1, 40),
         ("net", &net, "coarse_to_fine", 1, 20),
         ("net", &net, "sequential", 1, 80),
         ("net", &net, "tethers", 1, 80),
