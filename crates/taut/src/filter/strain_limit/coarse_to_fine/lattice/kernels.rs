@@ -34,7 +34,7 @@ pub(super) struct LatticePull {
 
 /// Springs whose |D|^2 is a larger part of |P|^2 than this are pulled along P in any case: they turn so far that their
 /// direction at the start says little [1].
-const TURNED: f32 = 0.01;
+pub(super) const TURNED: f32 = 0.01;
 
 /// The greatest lengths of the springs of a run.
 #[derive(Clone, Copy)]

@@ -1,6 +1,7 @@
 //! A regular grid: levels of stride 2, all of it in vector registers.
 
 mod exchange;
+mod guides;
 mod kernels;
 mod level;
 mod tiles;
@@ -14,10 +15,11 @@ use crate::contact::Obstacle;
 use crate::geometry::{Pool, Vectors, arch, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
 use exchange::{load, store};
+use guides::Guide;
 use kernels::LatticePull;
 use level::LatticeLevel;
 use tiles::LatticeTiles;
-use transfer::{Ahead, coarsened, parents, prolong, sample_ends, sample_start, sampled};
+use transfer::{Ahead, coarsened, parents, parts, prolong, sample_ends, sample_start, sampled};
 
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; from this level on they turn little.
@@ -34,6 +36,9 @@ const LOCAL: f32 = 0.125;
 const LOCAL_SWEEPS: usize = 2;
 const LOCAL_ROUNDS: usize = 2;
 
+/// Guides are longer than a straight line by this part of what the way along springs is longer [1].
+const GUIDED: f64 = 0.25;
+
 /// A grid's levels, finest first.
 pub(super) struct LatticeLevels {
     first: usize,
@@ -47,7 +52,8 @@ pub(super) struct LatticeLevels {
     d: Vectors,
     /// Ends of the finest level one cycle ago.
     previous: Vectors,
-    anchors: Vec<Vec<Anchor>>,
+    /// What ties particles of each level to held ones of the finest level, which it does not have.
+    anchors: Vec<Vec<Guide>>,
     /// Where the finest level is still over its limit.
     tiles: LatticeTiles,
     backwards: bool,
@@ -58,13 +64,36 @@ pub(super) struct LatticeLevels {
     aims: Vec<f32>,
 }
 
-/// A coarse particle that may not go further from a held one, which its level does not have.
-struct Anchor {
-    coarse: usize,
-    /// Where the finest level keeps the held particle.
-    held: usize,
-    /// [m]
-    limit: f32,
+/// Where the columns and rows of a grid are, from the first [m].
+struct Grid {
+    columns: Vec<f64>,
+    rows: Vec<f64>,
+}
+
+impl Grid {
+    /// One of square cells [m].
+    #[cfg(test)]
+    fn of_squares(counts: [usize; 2], side: f64) -> Self {
+        let [columns, rows] = counts.map(|count| (0..count).map(|place| side * place as f64).collect());
+        Self { columns, rows }
+    }
+
+    /// A straight line between two columns and two rows [m].
+    fn line(&self, columns: [usize; 2], rows: [usize; 2]) -> f64 {
+        let apart = |places: &[f64], [one, other]: [usize; 2]| (places[one] - places[other]).abs();
+        hypot(apart(&self.columns, columns), apart(&self.rows, rows))
+    }
+
+    /// How far a guide lets them come apart without stretch: further than a straight line, as a sheet that folds may be, but not as far
+    /// as the way along springs, which would hold nothing [m].
+    fn guide(&self, columns: [usize; 2], rows: [usize; 2]) -> f64 {
+        let line = self.line(columns, rows);
+        let diagonals = columns[0].abs_diff(columns[1]).min(rows[0].abs_diff(rows[1]));
+        let to = |[from, to]: [usize; 2]| if from < to { from + diagonals } else { from - diagonals };
+        let turn = [to(columns), to(rows)];
+        let way = self.line([columns[0], turn[0]], [rows[0], turn[1]]) + self.line([turn[0], columns[1]], [turn[1], rows[1]]);
+        line + GUIDED * (way - line)
+    }
 }
 
 impl LatticeLevels {
@@ -74,18 +103,21 @@ impl LatticeLevels {
         let size = model.cloths[model.cloth_of(lattice.first)].size;
         let furthest = f64::from(shrunk) * FURTHEST * size / cbrt(f64::from(strain_limit / ROOMY)).min(1.0);
         let at = |i: usize, j: usize| model.particles.rest.get(lattice.first + j * lattice.columns + i).as_dvec3();
-        let mut columns: Vec<f64> = (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect();
-        let mut rows: Vec<f64> = (0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect();
+        let grid = Grid {
+            columns: (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect(),
+            rows: (0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect(),
+        };
+        let mut columns: Vec<usize> = (0..lattice.columns).collect();
+        let mut rows: Vec<usize> = (0..lattice.rows).collect();
         let weight = |index: usize| f64::from(model.particles.inverse_mass[index]);
         let mut weights: Vec<f64> = (lattice.first..lattice.first + columns.len() * rows.len()).map(weight).collect();
         let held: Vec<(usize, usize)> =
             (0..weights.len()).filter(|&p| weights[p] == 0.0).map(|p| (p % columns.len(), p / columns.len())).collect();
         let stretch = 1.0 + f64::from(strain_limit);
-        let (finest_columns, finest_rows) = (columns.clone(), rows.clone());
         let mut levels: Vec<LatticeLevel> = Vec::new();
         let mut anchors = Vec::new();
         loop {
-            let mut level = LatticeLevel::new(&columns, &rows, stretch);
+            let mut level = LatticeLevel::new(&grid, &columns, &rows, stretch);
             for (index, &weight) in weights.iter().enumerate() {
                 let place = level.place(index % columns.len(), index / columns.len());
                 level.w[place] = weight as f32;
@@ -94,17 +126,17 @@ impl LatticeLevels {
                 }
             }
             let finest = levels.first().unwrap_or(&level);
-            anchors.push(anchors_of(&level, finest, &held, [&columns, &rows], [&finest_columns, &finest_rows], stretch));
+            anchors.push(anchors_of(&level, finest, &held, &grid, [&columns, &rows], stretch));
             let enough = columns.len().max(rows.len()) < 3;
             levels.push(level);
             if enough {
                 break;
             }
-            weights = coarse_weights(&weights, columns.len(), rows.len());
+            weights = coarse_weights(&weights, &columns, &rows);
             columns = (0..coarsened(columns.len())).map(|i| columns[sampled(i, columns.len())]).collect();
             rows = (0..coarsened(rows.len())).map(|j| rows[sampled(j, rows.len())]).collect();
         }
-        let spacing = finest_columns[1].max(finest_rows[1]);
+        let spacing = grid.columns[1].max(grid.rows[1]);
         let of_level = |level: u32| f64::from(delta).min(furthest / (spacing * power(2.0, level))) as f32;
         let mut deltas: Vec<f32> = (0..levels.len() as u32).map(of_level).collect();
         deltas[0] *= FINEST;
@@ -131,10 +163,10 @@ impl LatticeLevels {
         let (finest, coarse) = self.levels.split_at_mut(1);
         if let Some(level) = index.checked_sub(1).map(|index| &mut coarse[index]) {
             for anchor in &self.anchors[index] {
-                let away = level.p.get(anchor.coarse) - finest[0].p.get(anchor.held);
-                let (length, reach) = (away.length(), anchor.limit * aim);
-                if length > reach {
-                    level.p.set(anchor.coarse, level.p.get(anchor.coarse) - away * (1.0 - reach / length));
+                let way = finest[0].p.get(anchor.b) - level.p.get(anchor.a);
+                let excess = anchor.excess(way, aim);
+                if excess > 0.0 {
+                    level.p.set(anchor.a, level.p.get(anchor.a) + way * excess);
                 }
             }
         }
@@ -150,6 +182,10 @@ impl Levels for LatticeLevels {
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
             sample_start(&fine[index - 1], &mut coarse[0], &mut self.sampled[index], pool);
+            coarse[0].begin_guides();
+            for anchor in &mut self.anchors[index] {
+                anchor.begin(coarse[0].x.get(anchor.a).distance(fine[0].x.get(anchor.b)));
+            }
         }
         self.backwards = false;
         self.unmeasured = 0;
@@ -279,13 +315,20 @@ impl WithSimd for Settle<'_> {
 
 /// Inverse masses one level up: a coarse particle has the mass that it carries when its displacement is interpolated,
 /// so that a pull conserves momentum on the finest level too. Held stays held.
-fn coarse_weights(weights: &[f64], columns: usize, rows: usize) -> Vec<f64> {
+fn coarse_weights(weights: &[f64], columns: &[usize], rows: &[usize]) -> Vec<f64> {
+    let (upper, right) = (parts(rows), parts(columns));
+    let (columns, rows) = (columns.len(), rows.len());
     let (coarse_columns, coarse_rows) = (coarsened(columns), coarsened(rows));
     let mut masses = vec![0.0; coarse_columns * coarse_rows];
+    let both = |fine: usize, count: usize, part: f32| {
+        let [first, second] = parents(fine, count);
+        [(first, 1.0 - f64::from(part)), (second, f64::from(part))]
+    };
     for (index, &weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-        for j in parents(index / columns, rows) {
-            for i in parents(index % columns, columns) {
-                masses[j * coarse_columns + i] += 0.25 / weight;
+        let (column, row) = (index % columns, index / columns);
+        for (j, up) in both(row, rows, upper[row]) {
+            for (i, across) in both(column, columns, right[column]) {
+                masses[j * coarse_columns + i] += up * across / weight;
             }
         }
     }
@@ -299,24 +342,43 @@ fn anchors_of(
     level: &LatticeLevel,
     finest: &LatticeLevel,
     held: &[(usize, usize)],
-    [columns, rows]: [&[f64]; 2],
-    [all_columns, all_rows]: [&[f64]; 2],
+    grid: &Grid,
+    [columns, rows]: [&[usize]; 2],
     stretch: f64,
-) -> Vec<Anchor> {
-    let cell = |places: &[f64], at: f64| places.partition_point(|&place| place <= at).clamp(1, places.len() - 1);
+) -> Vec<Guide> {
+    let cell = |numbers: &[usize], at: usize| numbers.partition_point(|&number| number <= at).clamp(1, numbers.len() - 1);
     let mut anchors = Vec::new();
     for &(column, row) in held {
-        let (x, y) = (all_columns[column], all_rows[row]);
-        let (i, j) = (cell(columns, x), cell(rows, y));
+        let (i, j) = (cell(columns, column), cell(rows, row));
         let corners = [(i - 1, j - 1), (i, j - 1), (i - 1, j), (i, j)];
         if corners.iter().any(|&(i, j)| level.w[level.place(i, j)] == 0.0) {
             continue;
         }
-        anchors.extend(corners.map(|(i, j)| Anchor {
-            coarse: level.place(i, j),
-            held: finest.place(column, row),
-            limit: (stretch * hypot(columns[i] - x, rows[j] - y)) as f32,
+        let held = finest.place(column, row);
+        anchors.extend(corners.map(|(i, j)| {
+            let line = grid.line([columns[i], column], [rows[j], row]);
+            Guide::new(level.place(i, j), held, stretch * line)
         }));
     }
     anchors
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn guides_are_between_a_straight_line_and_the_way_along_springs() {
+        let grid = Grid::of_squares([20, 20], 1.0);
+        for ([columns, rows], way) in [
+            ([[3, 4], [7, 9]], 1.0 + 2.0_f64.sqrt()),
+            ([[4, 3], [7, 9]], 1.0 + 2.0_f64.sqrt()),
+            ([[0, 8], [2, 6]], 4.0 + 32.0_f64.sqrt()),
+        ] {
+            let line = grid.line(columns, rows);
+            let guide = grid.guide(columns, rows);
+            assert!((guide - (line + GUIDED * (way - line))).abs() < 1e-12 && line < guide && guide < way, "{guide}");
+        }
+        assert!((grid.guide([2, 5], [9, 6]) - 18.0_f64.sqrt()).abs() < 1e-12, "a diagonal is a way along springs");
+    }
 }

@@ -143,6 +143,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::filter::strain_limit::coarse_to_fine::lattice::Grid;
     use crate::filter::strain_limit::coarse_to_fine::lattice::kernels::LatticePull;
     use crate::geometry::Pool;
 
@@ -151,8 +152,9 @@ mod tests {
 
     /// A level with springs at 0.995 of their limits, but for the particles that are `moved` [m] along a row.
     fn level([columns, rows]: [usize; 2], moved: &[(usize, usize, f32)]) -> LatticeLevel {
-        let places = |count: usize| (0..count).map(|place| 0.1 * place as f64).collect::<Vec<_>>();
-        let mut level = LatticeLevel::new(&places(columns), &places(rows), 1.0 / 0.995);
+        let numbers = |count: usize| (0..count).collect::<Vec<_>>();
+        let mut level =
+            LatticeLevel::new(&Grid::of_squares([columns, rows], 0.1), &numbers(columns), &numbers(rows), 1.0 / 0.995);
         for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
             let place = level.place(column, row);
             level.p.set(place, [0.1 * column as f32, 0.1 * row as f32, 0.0].into());

@@ -1,0 +1,59 @@
+//! Springs of coarse levels that no way along springs of the cloth is as short as: guides, as on meshes.
+//!
+//! Where the columns or rows of a grid are no multiple of a stride, the last cells of that level are narrower than the others. Their
+//! diagonals lead over diagonals and sides of cells of the cloth, which are longer. So does what ties coarse particles to a held one
+//! between them. A sheet that shears and folds may be further than a straight line there. Where it is at the start of a step, it only
+//! may not go further.
+
+use glam::Vec3;
+
+use super::kernels::{LatticePull, TURNED};
+use super::level::LatticeLevel;
+
+/// A spring that is pulled by itself.
+pub(super) struct Guide {
+    /// The particle at its first end: of this level, where it is kept.
+    pub a: usize,
+    /// At its other end: of this level as well, or the held particle of the finest level.
+    pub b: usize,
+    /// Greatest length of a straight line [m], and what it may be in this step.
+    pub limit: f32,
+    pub reach: f32,
+}
+
+impl Guide {
+    /// Of such a greatest length [m].
+    pub fn new(a: usize, b: usize, limit: f64) -> Self {
+        Self { a, b, limit: limit as f32, reach: limit as f32 }
+    }
+
+    /// Takes its length at the start of a step [m].
+    pub fn begin(&mut self, length: f32) {
+        self.reach = self.limit.max(length);
+    }
+
+    /// By how much of `way`, of which it is the length at the end of the step so far, it is too long [1].
+    pub fn excess(&self, way: Vec3, aim: f32) -> f32 {
+        let (length, reach) = (way.length(), self.reach - self.limit * (1.0 - aim));
+        if length > reach { 1.0 - reach / length } else { 0.0 }
+    }
+}
+
+/// Pulls together the ends of each guide between two particles of a level.
+pub(super) fn pull(guides: &[Guide], level: &mut LatticeLevel, LatticePull { aim, at_start }: LatticePull) {
+    for guide in guides {
+        let (a, b) = (guide.a, guide.b);
+        let way = level.p.get(b) - level.p.get(a);
+        let (excess, weight) = (guide.excess(way, aim), level.w[a] + level.w[b]);
+        if excess <= 0.0 || weight <= 0.0 {
+            continue;
+        }
+        let start = level.x.get(b) - level.x.get(a);
+        let is_steady = at_start && (way - start).length_squared() < TURNED * way.length_squared();
+        let along = if is_steady { start } else { way };
+        // The length still shrinks by the same.
+        let share = along * (excess * way.length_squared() / (way.dot(along) * weight));
+        level.p.set(a, level.p.get(a) + share * level.w[a]);
+        level.p.set(b, level.p.get(b) - share * level.w[b]);
+    }
+}
