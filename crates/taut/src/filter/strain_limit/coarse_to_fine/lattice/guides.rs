@@ -1,9 +1,9 @@
 //! Springs of coarse levels that no way along springs of the cloth is as short as: guides, as on meshes.
 //!
-//! Where the columns or rows of a grid are no multiple of a stride, the last cells of that level are narrower than the others. Their
-//! diagonals lead over diagonals and sides of cells of the cloth, which are longer. So does what ties coarse particles to a held one
-//! between them. A sheet that shears and folds may be further than a straight line there. Where it is at the start of a step, it only
-//! may not go further.
+//! Where a level has cells of another shape than those of the cloth (in the middle, or where a grid is longer than wide and its rows are
+//! used up), their diagonals lead over diagonals and sides of cells of the cloth, which are longer. So does what ties coarse particles to
+//! a held one between them. A sheet that shears and folds may be further there than a straight line. Where it is at the start of a step,
+//! it only may not go further.
 
 use glam::Vec3;
 
@@ -16,7 +16,7 @@ pub(super) struct Guide {
     pub a: usize,
     /// At its other end: of this level as well, or the held particle of the finest level.
     pub b: usize,
-    /// Greatest length of a straight line [m], and what it may be in this step.
+    /// Its greatest length [m], and what that is in this step.
     pub limit: f32,
     pub reach: f32,
 }
