@@ -8,7 +8,7 @@
 use glam::Vec3;
 
 use super::kernels::{LatticePull, TURNED};
-use super::level::LatticeLevel;
+use crate::geometry::Vectors;
 
 /// A spring that is pulled by itself.
 pub(super) struct Guide {
@@ -39,21 +39,21 @@ impl Guide {
     }
 }
 
-/// Pulls together the ends of each guide between two particles of a level.
-pub(super) fn pull(guides: &[Guide], level: &mut LatticeLevel, LatticePull { aim, at_start }: LatticePull) {
+/// Pulls together the ends of each guide between two particles of a level: `x` is where they begin, `w` are inverse masses.
+pub(super) fn pull(guides: &[Guide], x: &Vectors, p: &mut Vectors, w: &[f32], LatticePull { aim, at_start }: LatticePull) {
     for guide in guides {
         let (a, b) = (guide.a, guide.b);
-        let way = level.p.get(b) - level.p.get(a);
-        let (excess, weight) = (guide.excess(way, aim), level.w[a] + level.w[b]);
+        let way = p.get(b) - p.get(a);
+        let (excess, weight) = (guide.excess(way, aim), w[a] + w[b]);
         if excess <= 0.0 || weight <= 0.0 {
             continue;
         }
-        let start = level.x.get(b) - level.x.get(a);
+        let start = x.get(b) - x.get(a);
         let is_steady = at_start && (way - start).length_squared() < TURNED * way.length_squared();
         let along = if is_steady { start } else { way };
         // The length still shrinks by the same.
         let share = along * (excess * way.length_squared() / (way.dot(along) * weight));
-        level.p.set(a, level.p.get(a) + share * level.w[a]);
-        level.p.set(b, level.p.get(b) - share * level.w[b]);
+        p.set(a, p.get(a) + share * w[a]);
+        p.set(b, p.get(b) - share * w[b]);
     }
 }

@@ -206,9 +206,7 @@ impl LatticeLevel {
                 });
             });
         }
-        let guides = std::mem::take(&mut self.guides);
-        guides::pull(&guides, self, pull);
-        self.guides = guides;
+        guides::pull(&self.guides, x, p, w, pull);
     }
 
     /// What all springs are, or those that the last sweep over tiles may have changed; marks the tiles that are over `enough` of
