@@ -2,7 +2,10 @@
 PYTHON ?= python3
 BIN := .venv/bin
 EXAMPLES := $(basename $(notdir $(wildcard crates/taut/examples/*.rs)))
-RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+RUST_SOURCES := $(shell find crates benches/engine -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+
+# The engine is tested as it is shipped, and with the features of the Python module: so it is built once for the tests of both.
+SHIPPED := --release --features taut-python/extension-module
 
 # Two at a time keep both cores busy where one of them links, or waits for the network; each then says what it has to say at its end.
 TOGETHER := --jobs=2 $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
@@ -37,7 +40,7 @@ lint: lint-rust lint-python
 lint-rust:
 	cargo fmt --check
 	@rustfmt --check --edition 2024 $(filter %.rs,$(RUST_SOURCES))
-	cargo clippy --quiet --all-targets -- --deny warnings
+	cargo clippy --quiet --workspace --all-targets -- --deny warnings
 
 lint-python: setup
 	$(BIN)/ruff check --quiet .
@@ -53,8 +56,8 @@ lint-python: setup
 # The examples run as well; the crate builds without its features, its reference has no warning, and it can be packaged. Where a
 # feature brings much to build and nothing to read, it is off.
 test-rust:
-	cargo test --quiet
-	for example in $(EXAMPLES); do cargo run --quiet --example $$example || exit 1; done
+	cargo test --quiet $(SHIPPED)
+	for example in $(EXAMPLES); do cargo run --quiet $(SHIPPED) --example $$example || exit 1; done
 	cargo clippy --quiet --package taut --no-default-features -- --deny warnings
 	RUSTDOCFLAGS='--deny warnings' cargo doc --quiet --package taut --no-deps --no-default-features --features json,threads
 	cargo package --quiet --package taut --allow-dirty --no-verify --offline
@@ -79,7 +82,7 @@ fuzz:
 	for target in scene model snapshot; do cargo +nightly fuzz run $$target -- -max_total_time=$$(( 60 * $(or $(MINUTES),5) )) || exit 1; done
 
 bench: setup
-	cargo bench --package taut
+	cargo bench --package taut-benches
 	$(BIN)/taut bench --compare
 
 # All rows, into docs/targets.md; with ROW=name one of them, to the terminal, with WRITE=1 as well into that page. An error if one is

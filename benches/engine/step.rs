@@ -1,4 +1,4 @@
-//! What a step of each part costs. `cargo bench -p taut`; figures are medians.
+//! What a step of each part costs. `make bench`; figures are medians.
 #![allow(missing_docs)]
 
 use std::collections::BTreeMap;
