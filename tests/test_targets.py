@@ -12,6 +12,7 @@ from taut.bench.shirt import shirt, shoulders
 from taut.bench.trials import TRIALS, Trial
 
 from tools.targets.converged import ALL, FILE, SOLVER, converged
+from tools.targets.grids import HELD, SEEDS, Chance
 from tools.targets.hand import Pulled
 from tools.targets.mesh import evenness
 from tools.targets.record import Motion, rms
@@ -149,6 +150,24 @@ def test_meshes_and_grids_of_a_trial_are_the_same_cloth() -> None:
         for end in (np.min, np.max):
             np.testing.assert_allclose(end(mesh.positions, axis=0), end(grid.positions, axis=0), atol=1e-6)
         assert mesh.pinned.sum() == grid.pinned.sum()
+
+
+def test_scenes_of_chance_are_held_as_they_say_beside_powers_of_two() -> None:
+    all_of_them = [Chance.of(seed) for seed in SEEDS]
+    assert {chance.held for chance in all_of_them} == set(HELD)
+    assert sum(chance.in_powers() == chance for chance in all_of_them) < 3
+    for seed in SEEDS[:8]:
+        chance = Chance.of(seed, divide=8)
+        beside = chance.in_powers()
+        assert (
+            np.log2([beside.columns, beside.rows]).tolist()
+            == np.rint(np.log2([beside.columns, beside.rows])).tolist()
+        )
+        one, other = chance.simulation(), beside.simulation()
+        held = {"left edge": chance.rows + 1, "patches": 18}.get(chance.held, 1 + HELD.index(chance.held))
+        assert one.pinned.sum() == held
+        assert one.mass.sum() == pytest.approx(other.mass.sum(), rel=1e-5)
+        np.testing.assert_allclose(np.ptp(one.positions, axis=0), np.ptp(other.positions, axis=0), atol=1e-6)
 
 
 def test_the_spread_is_the_median_and_the_ends() -> None:
