@@ -4,7 +4,8 @@ BIN := .venv/bin
 EXAMPLES := $(basename $(notdir $(wildcard crates/taut/examples/*.rs)))
 RUST_SOURCES := $(shell find crates benches/engine -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-# The engine is tested as it is shipped, and with the features of the Python module: so it is built once for the tests of both.
+# The engine is tested as it is shipped, and with the features of the Python module: so it is built once for the tests of both. What looks
+# at it without building it (clippy, rustdoc) takes the same profile for the sake of macros and build scripts.
 SHIPPED := --release --features taut-python/extension-module
 
 # Two at a time keep both cores busy where one of them links, or waits for the network; each then says what it has to say at its end.
@@ -40,7 +41,7 @@ lint: lint-rust lint-python
 lint-rust:
 	cargo fmt --check
 	@rustfmt --check --edition 2024 $(filter %.rs,$(RUST_SOURCES))
-	cargo clippy --quiet --workspace --all-targets -- --deny warnings
+	cargo clippy --quiet --release --workspace --all-targets -- --deny warnings
 
 lint-python: setup
 	$(BIN)/ruff check --quiet .
@@ -58,8 +59,8 @@ lint-python: setup
 test-rust:
 	cargo test --quiet $(SHIPPED)
 	for example in $(EXAMPLES); do cargo run --quiet $(SHIPPED) --example $$example || exit 1; done
-	cargo clippy --quiet --package taut --no-default-features -- --deny warnings
-	RUSTDOCFLAGS='--deny warnings' cargo doc --quiet --package taut --no-deps --no-default-features --features json,threads
+	cargo clippy --quiet --release --package taut --no-default-features -- --deny warnings
+	RUSTDOCFLAGS='--deny warnings' cargo doc --quiet --release --package taut --no-deps --no-default-features --features json,threads
 	cargo package --quiet --package taut --allow-dirty --no-verify --offline
 
 # The crate, built from what would be published.
