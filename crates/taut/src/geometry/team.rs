@@ -99,13 +99,14 @@ impl Team {
     }
 
     /// Has so many threads look out for loops until all is over. Whoever comes late finds that it is. Whoever is asked in the middle of
-    /// something else, as one that waits for another pool may be, has no time: it would wait for what it is in the middle of.
+    /// something else, as one that waits for another pool may be, has no time, not even to ask others and wait for them: it would wait for
+    /// what it is in the middle of.
     fn follow(&self, threads: usize) {
+        let (Some(own), Role::None) = (self.place(), ROLE.get()) else { return };
         if threads > 1 {
             rayon::join(|| self.follow(1), || self.follow(threads - 1));
             return;
         }
-        let (Some(own), Role::None) = (self.place(), ROLE.get()) else { return };
         let (mut seen, mut idle) = (u32::MAX, 0_u32);
         while !self.is_over.load(Ordering::Acquire) {
             let now = self.loops.load(Ordering::Acquire);
