@@ -11,7 +11,7 @@ SHIPPED := --release --features taut-python/extension-module
 # Two at a time keep both cores busy where one of them links, or waits for the network; each then says what it has to say at its end.
 TOGETHER := --jobs=2 $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
-.PHONY: setup demo test test-rust test-python lint lint-rust lint-python package bench targets peers schema figures compare viewer-pictures wind work-precision local-correction drape docs gallery wheel attack sanitize fuzz clean
+.PHONY: setup demo test test-rust test-python lint lint-rust lint-python lint-stubs package bench targets peers schema figures compare viewer-pictures wind work-precision local-correction drape docs gallery wheel attack sanitize fuzz clean
 .DEFAULT_GOAL := demo
 
 setup: .venv/built
@@ -32,10 +32,11 @@ setup: .venv/built
 demo: setup
 	$(BIN)/python tools/demo.py
 
+# In the order in which one core has something to do while the other one builds the engine.
 test:
-	@$(MAKE) --no-print-directory $(TOGETHER) lint test-rust test-python
+	@$(MAKE) --no-print-directory $(TOGETHER) lint-rust setup lint-python lint-stubs test-rust test-python
 
-lint: lint-rust lint-python
+lint: lint-rust lint-python lint-stubs
 
 # rustfmt sees every file: the modules that a macro in lib.rs declares are hidden from cargo fmt.
 lint-rust:
@@ -43,16 +44,18 @@ lint-rust:
 	@rustfmt --check --edition 2024 $(filter %.rs,$(RUST_SOURCES))
 	cargo clippy --quiet --release --workspace --all-targets -- --deny warnings
 
-lint-python: setup
+lint-python: .venv/ready
 	$(BIN)/ruff check --quiet .
 	$(BIN)/ruff format --quiet --check .
 	$(BIN)/mypy
-	$(BIN)/stubtest taut._taut
 	$(BIN)/python tools/check_house.py
 	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.citation-file-format --force-filetype yaml CITATION.cff
 	$(BIN)/zizmor --quiet --offline .github
 	tools/check_js.sh
+
+lint-stubs: setup
+	$(BIN)/stubtest taut._taut
 
 # The examples run as well; the crate builds without its features, its reference has no warning, and it can be packaged. Where a
 # feature brings much to build and nothing to read, it is off.
