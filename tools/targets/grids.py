@@ -36,10 +36,12 @@ class Chance:
     def of(cls, seed: int, divide: int = 1) -> "Chance":
         """The scene of a seed."""
         draw = np.random.default_rng(seed)
-        columns, rows = np.exp(draw.uniform(*np.log(CELLS), 2)).astype(int) // divide
-        size = draw.uniform(0.5, 3.0)
+        columns, rows = (
+            int(cells) // divide for cells in np.exp(draw.uniform(np.log(CELLS[0]), np.log(CELLS[1]), 2))
+        )
+        size = float(draw.uniform(0.5, 3.0))
         # Cells of 1:1.5 to 1.5:1.
-        other = size * rows / columns * 1.5 ** draw.uniform(-1.0, 1.0)
+        other = size * rows / columns * float(1.5 ** draw.uniform(-1.0, 1.0))
         held, limit = str(draw.choice(HELD)), float(draw.choice([0.01, 0.03, 0.05, 0.1]))
         fabric, speed = str(draw.choice(["nylon", "cotton", "silk"])), float(draw.uniform(0.0, 15.0))
         return cls(seed, max(4, columns), max(4, rows), (size, other), held, limit, fabric, speed)
