@@ -34,7 +34,8 @@ demo: setup
 
 # In the order in which one core has something to do while the other one builds the engine.
 test:
-	@$(MAKE) --no-print-directory $(TOGETHER) lint-rust setup lint-python lint-stubs test-rust test-python
+	@$(MAKE) --no-print-directory $(TOGETHER) lint-rust .venv/ready
+	@$(MAKE) --no-print-directory $(TOGETHER) setup lint-python lint-stubs test-rust test-python
 
 lint: lint-rust lint-python lint-stubs
 
