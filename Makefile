@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 EXAMPLES := $(basename $(notdir $(wildcard crates/taut/examples/*.rs)))
-RUST_SOURCES := $(shell find crates benches/engine -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
 # The engine is tested as it is shipped, and with the features of the Python module: so it is built once for the tests of both. What looks
 # at it without building it (clippy, rustdoc) takes the same profile for the sake of macros and build scripts.
@@ -42,7 +42,7 @@ lint: lint-rust lint-python lint-stubs
 # rustfmt sees every file: the modules that a macro in lib.rs declares are hidden from cargo fmt.
 lint-rust:
 	cargo fmt --check
-	@rustfmt --check --edition 2024 $(filter %.rs,$(RUST_SOURCES))
+	@rustfmt --check --edition 2024 $(filter %.rs,$(RUST_SOURCES)) benches/engine/*.rs
 	cargo clippy --quiet --release --workspace --all-targets -- --deny warnings
 
 lint-python: .venv/ready

@@ -159,10 +159,7 @@ def test_scenes_of_chance_are_held_as_they_say_beside_powers_of_two() -> None:
     for seed in SEEDS[:8]:
         chance = Chance.of(seed, divide=8)
         beside = chance.in_powers()
-        assert (
-            np.log2([beside.columns, beside.rows]).tolist()
-            == np.rint(np.log2([beside.columns, beside.rows])).tolist()
-        )
+        assert all(cells & (cells - 1) == 0 for cells in (beside.columns, beside.rows))
         one, other = chance.simulation(), beside.simulation()
         held = {"left edge": chance.rows + 1, "patches": 18}.get(chance.held, 1 + HELD.index(chance.held))
         assert one.pinned.sum() == held

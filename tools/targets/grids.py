@@ -25,12 +25,18 @@ class Chance:
 
     seed: int
     columns: int
+    """Cells along x [1]."""
     rows: int
+    """Cells along z [1]."""
     size: tuple[float, float]
+    """[m]"""
     held: str
+    """One of :data:`HELD`."""
     strain_limit: float
+    """Lambda [1]."""
     fabric: str
     speed: float
+    """Of the wind, without its gusts [m/s]."""
 
     @classmethod
     def of(cls, seed: int, divide: int = 1) -> "Chance":
@@ -47,7 +53,7 @@ class Chance:
         return cls(seed, max(4, columns), max(4, rows), (size, other), held, limit, fabric, speed)
 
     def in_powers(self) -> "Chance":
-        """The same cloth with the next powers of two of cells."""
+        """The same cloth with the nearest powers of two of cells."""
         columns, rows = (2 ** round(np.log2(cells)) for cells in (self.columns, self.rows))
         return replace(self, columns=columns, rows=rows)
 
