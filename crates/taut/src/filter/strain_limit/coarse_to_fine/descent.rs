@@ -24,9 +24,10 @@ pub(super) struct Descent {
     /// Those that were taken back, because they pulled further than the step moves.
     pub earlier: u32,
     pub since_restart: u8,
-    /// When progress is looked at next, and what the worst spring was too long at the last look.
+    /// When progress is looked at next; what the worst spring was too long at the last look, and how many were over.
     pub next_look: u32,
     pub before: f32,
+    pub over_before: usize,
     /// Springs that the last cycle left over, if it told.
     pub over: Option<usize>,
     /// All springs are short enough; and nothing is left to do, or nothing helps.
@@ -59,7 +60,7 @@ impl Descent {
         self.room = less_room(room);
         (self.sweeps, self.earlier) = (0, earlier + sweeps);
         (self.worst, self.since_restart, self.over) = (f32::INFINITY, 0, None);
-        (self.next_look, self.before) = (PROGRESS_INTERVAL, f32::INFINITY);
+        (self.next_look, self.before, self.over_before) = (PROGRESS_INTERVAL, f32::INFINITY, usize::MAX);
         (self.is_done, self.is_over) = (false, false);
         true
     }

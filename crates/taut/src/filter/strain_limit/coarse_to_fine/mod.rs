@@ -96,6 +96,9 @@ const AT_LEAST_IF_HEAVY: u32 = 16;
 /// Where so many cycles leave more than this part of what the worst spring was too long, further ones are of no use ..
 const PROGRESS_INTERVAL: u32 = 8;
 const PROGRESS: f32 = 0.7;
+/// .. unless they leave at most this part of the springs that were over, and those are too many for a patch in a cloth too large for a direct
+/// solution: there nothing else would help ..
+const FEWER: f32 = 0.95;
 /// .. but in cloth of more springs than these that bears something heavy: there progress is slow, and a direct solution slower.
 const SLOW_PROGRESS_FROM: usize = 1500;
 /// If no more than so many springs are over the limit then, the place around them is solved directly.

@@ -144,6 +144,7 @@ impl Unit {
             since_restart: 0,
             next_look: PROGRESS_INTERVAL,
             before: f32::INFINITY,
+            over_before: usize::MAX,
             over: None,
             is_done: false,
             is_over: false,
@@ -193,8 +194,11 @@ impl Unit {
         descent.worst = left.worst;
         let mut is_stuck = is_last;
         if descent.sweeps >= descent.next_look && !self.progresses_slowly {
-            is_stuck |= left.worst - enough > PROGRESS * descent.before;
-            (descent.next_look, descent.before) = (descent.sweeps + PROGRESS_INTERVAL, left.worst - enough);
+            let are_fewer = left.over as f32 <= FEWER * descent.over_before as f32;
+            let is_too_much = left.over > STUBBORN && !self.is_small;
+            is_stuck |= left.worst - enough > PROGRESS * descent.before && !(are_fewer && is_too_much);
+            (descent.before, descent.over_before) = (left.worst - enough, left.over);
+            descent.next_look = descent.sweeps + PROGRESS_INTERVAL;
         }
         let few = descent.sweeps >= self.at_least && left.over <= self.few;
         let finishes = !beside_rows && left.over > 0 && (few || is_stuck);

@@ -14,11 +14,10 @@ use pulp::{Simd, WithSimd};
 
 use super::super::Measure;
 use super::Grid;
-use super::guides::{self, Guide};
 use super::kernels::{BLOCK, End, LatticePull, Limits, project, worst};
 use super::tiles::{LatticeTiles, Tile};
-use super::transfer::{parts, parts_between};
-use crate::geometry::{Pool, Vectors, VectorsChunk, arch, hypot};
+use super::transfer::Beside;
+use crate::geometry::{Pool, Vectors, VectorsChunk, arch};
 
 /// Rows in a band of a sweep.
 const BAND: usize = 16;
@@ -38,18 +37,15 @@ pub(super) struct LatticeLevel {
     pub w: Vec<f32>,
     /// Where what is held is kept, and workspace for where it ends.
     pub held: Vec<(usize, Vec3)>,
-    /// Diagonals of cells of another shape than those of the cloth; in runs they have no limit.
-    guides: Vec<Guide>,
     /// Length of half a row in memory.
     stride: usize,
     /// Greatest lengths [m] along a row: of the springs that begin at even columns, at odd columns.
     across: [Lengths; 2],
-    /// Which of `gaps` is between each row and the next one.
-    gap_of: Vec<u8>,
-    gaps: Vec<Gap>,
-    /// The part by which each column between coarse ones follows the right one of them, odd columns first, and each row the upper one [1].
-    pub right: Vec<f32>,
-    pub upper: Vec<f32>,
+    /// Greatest lengths of the springs from a row to the next one [m]: straight across, and diagonals with indices as along a row.
+    up: Lengths,
+    diagonal: [Lengths; 2],
+    /// Where its columns, and its rows, lie beside those of the next coarser level.
+    pub beside: [Beside; 2],
 }
 
 /// The greatest lengths of the springs of a run.
@@ -74,12 +70,6 @@ impl Lengths {
     }
 }
 
-/// Between two rows: greatest lengths of springs straight across, and of diagonals with indices as along a row.
-struct Gap {
-    up: Lengths,
-    diagonal: [Lengths; 2],
-}
-
 /// The springs of one run: where their two ends begin, and their greatest lengths.
 struct Run<'a> {
     a: usize,
@@ -88,66 +78,34 @@ struct Run<'a> {
 }
 
 impl LatticeLevel {
-    /// A level with these columns and rows of a grid; `stretch` is 1 + lambda.
-    pub fn new(grid: &Grid, columns: &[usize], rows: &[usize], stretch: f64) -> Self {
+    /// A level with so many cells along and up a grid; `stretch` is 1 + lambda.
+    pub fn new(grid: &Grid, [across, up]: [usize; 2], stretch: f64) -> Self {
+        let (columns, rows) = (grid.columns.of_level(across), grid.rows.of_level(up));
         let (evens, odds) = (columns.len().div_ceil(2), columns.len() / 2);
         // A run may begin at the second particle of a row and be a whole number of blocks long.
         let stride = (1 + (evens - 1).next_multiple_of(BLOCK)).max(evens).next_multiple_of(BLOCK);
-        let cells = |numbers: &[usize], index: usize| numbers[index + 1] - numbers[index];
-        let width = |column: usize| grid.columns[columns[column + 1]] - grid.columns[columns[column]];
-        let height = |row: usize| grid.rows[rows[row + 1]] - grid.rows[rows[row]];
-        // The first row of each kind of gap tells for all of them.
-        let mut kinds: Vec<usize> = Vec::new();
-        let gap_of = (0..rows.len() - 1).map(|row| {
-            let known = kinds.iter().position(|&kind| cells(rows, kind) == cells(rows, row));
-            known.unwrap_or_else(|| {
-                kinds.push(row);
-                kinds.len() - 1
-            }) as u8
-        });
-        let gap_of = gap_of.collect();
-        // Only where a cell is as many cells of the grid wide as high do its diagonals lead along those of the grid.
-        let along = |row: Option<usize>| {
+        let along = |rows: [f64; 2]| {
             [(0, odds), (1, evens - 1)].map(|(first, count)| {
-                let limit = |k: usize| {
-                    let column = 2 * k + first;
-                    match row {
-                        Some(row) if cells(columns, column) != cells(rows, row) => NO_LIMIT,
-                        _ => (stretch * hypot(width(column), row.map_or(0.0, height))) as f32,
-                    }
-                };
+                let limit = |k: usize| (stretch * grid.line([columns[2 * k + first], columns[2 * k + first + 1]], rows)) as f32;
                 let padded = count.next_multiple_of(BLOCK);
                 Lengths::new((0..padded).map(|k| if k < count { limit(k) } else { NO_LIMIT }))
             })
         };
-        let gap = |&row: &usize| Gap {
-            up: Lengths::new(repeat_n((stretch * height(row)) as f32, evens.next_multiple_of(BLOCK))),
-            diagonal: along(Some(row)),
-        };
+        let [level_row, upward] = [[0.0; 2], [rows[0], rows[1]]];
         let size = 2 * rows.len() * stride;
-        let mut level = Self {
+        Self {
             columns: columns.len(),
             rows: rows.len(),
             x: Vectors::zeros(size),
             p: Vectors::zeros(size),
             w: vec![0.0; size],
             held: Vec::new(),
-            guides: Vec::new(),
             stride,
-            across: along(None),
-            gaps: kinds.iter().map(gap).collect(),
-            gap_of,
-            right: parts_between(columns),
-            upper: parts(rows),
-        };
-        for (row, column) in (1..rows.len()).flat_map(|row| (1..columns.len()).map(move |column| (row, column))) {
-            if cells(columns, column - 1) != cells(rows, row - 1) {
-                let limit = stretch * grid.guide([columns[column - 1], columns[column]], [rows[row - 1], rows[row]]);
-                let [a, b] = [row - 1, row].map(|row| [column - 1, column].map(|column| level.place(column, row)));
-                level.guides.extend([Guide::new(a[0], b[1], limit), Guide::new(a[1], b[0], limit)]);
-            }
+            across: along(level_row),
+            diagonal: along(upward),
+            up: Lengths::new(repeat_n((stretch * grid.line(level_row, upward)) as f32, evens.next_multiple_of(BLOCK))),
+            beside: [Beside::new(across), Beside::new(up)],
         }
-        level
     }
 
     /// Where the particle of a column and a row is kept.
@@ -178,18 +136,12 @@ impl LatticeLevel {
         self.columns * self.rows
     }
 
-    /// Takes where a step begins for its guides.
-    pub fn begin_guides(&mut self) {
-        let Self { guides, x, .. } = self;
-        guides.iter_mut().for_each(|guide| guide.begin(x.get(guide.a).distance(x.get(guide.b))));
-    }
-
     /// One pass over all springs, or over those in the tiles.
     pub fn sweep(&mut self, pull: LatticePull, backwards: bool, tiles: Option<&LatticeTiles>, pool: &Pool) {
         let row_length = self.row_length();
         let Self { x, p, w, .. } = self;
         let layout =
-            Layout { rows: self.rows, stride: self.stride, across: &self.across, gap_of: &self.gap_of, gaps: &self.gaps };
+            Layout { rows: self.rows, stride: self.stride, across: &self.across, up: &self.up, diagonal: &self.diagonal };
         for phase in if backwards { [1, 0] } else { [0, 1] } {
             let first = (phase * BAND * row_length).min(p.len());
             p.for_each_part(first..p.len(), 2 * BAND * row_length, pool, |p| {
@@ -206,7 +158,6 @@ impl LatticeLevel {
                 });
             });
         }
-        guides::pull(&self.guides, x, p, w, pull);
     }
 
     /// What all springs are, or those that the last sweep over tiles may have changed; marks the tiles that are over `enough` of
@@ -237,8 +188,8 @@ impl LatticeLevel {
     }
 
     fn layout(&self) -> Layout<'_> {
-        let Self { rows, stride, across, gap_of, gaps, .. } = self;
-        Layout { rows: *rows, stride: *stride, across, gap_of, gaps }
+        let Self { rows, stride, across, up, diagonal, .. } = self;
+        Layout { rows: *rows, stride: *stride, across, up, diagonal }
     }
 }
 
@@ -336,8 +287,8 @@ struct Layout<'a> {
     rows: usize,
     stride: usize,
     across: &'a [Lengths; 2],
-    gap_of: &'a [u8],
-    gaps: &'a [Gap],
+    up: &'a Lengths,
+    diagonal: &'a [Lengths; 2],
 }
 
 impl<'a> Layout<'a> {
@@ -350,7 +301,10 @@ impl<'a> Layout<'a> {
             let [a, b] = [[even, odd], [odd, even + 1]][run];
             return Some(Run { a, b, lengths });
         }
-        let Gap { up, diagonal } = &self.gaps[usize::from(*self.gap_of.get(row)?)];
+        if row + 1 >= self.rows {
+            return None;
+        }
+        let Self { up, diagonal, .. } = *self;
         let (next_even, next_odd) = (even + 2 * self.stride, odd + 2 * self.stride);
         let (a, b, lengths) = match run {
             2 => (even, next_even, up),

@@ -1,7 +1,7 @@
 //! A regular grid: levels of stride 2, all of it in vector registers.
 
+mod anchors;
 mod exchange;
-mod guides;
 mod kernels;
 mod level;
 mod tiles;
@@ -14,12 +14,12 @@ use super::{Cycle, FINEST, Levels, Measure, Motion, coarse_sweeps, cycles_to_com
 use crate::contact::Obstacle;
 use crate::geometry::{Pool, Vectors, arch, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
+use anchors::Anchor;
 use exchange::{load, store};
-use guides::Guide;
 use kernels::LatticePull;
 use level::LatticeLevel;
 use tiles::LatticeTiles;
-use transfer::{Ahead, coarsened, parents, parts, prolong, sample_ends, sample_start, sampled};
+use transfer::{Ahead, Beside, coarsened, prolong, sample_ends, sample_start};
 
 /// Pulls along the end of a step damp a swing, pulls along its start do not. Short springs turn too much in a step for
 /// that; from this level on they turn little.
@@ -36,9 +36,6 @@ const LOCAL: f32 = 0.125;
 const LOCAL_SWEEPS: usize = 2;
 const LOCAL_ROUNDS: usize = 2;
 
-/// Guides are longer than a straight line by this part of what the way along springs is longer [1].
-const GUIDED: f64 = 0.25;
-
 /// A grid's levels, finest first.
 pub(super) struct LatticeLevels {
     first: usize,
@@ -53,7 +50,7 @@ pub(super) struct LatticeLevels {
     /// Ends of the finest level one cycle ago.
     previous: Vectors,
     /// What ties particles of each level to held ones of the finest level, which it does not have.
-    anchors: Vec<Vec<Guide>>,
+    anchors: Vec<Vec<Anchor>>,
     /// Where the finest level is still over its limit.
     tiles: LatticeTiles,
     backwards: bool,
@@ -64,35 +61,42 @@ pub(super) struct LatticeLevels {
     aims: Vec<f32>,
 }
 
-/// Where the columns and rows of a grid are, from the first [m].
+/// A grid at rest. Places along its sides are counted in its cells.
 struct Grid {
-    columns: Vec<f64>,
-    rows: Vec<f64>,
+    columns: Side,
+    rows: Side,
+}
+
+/// Where the columns (or rows) of a grid are, from the first [m].
+struct Side(Vec<f64>);
+
+impl Side {
+    /// Those of a level with so many cells, all alike, as places.
+    fn of_level(&self, cells: usize) -> Vec<f64> {
+        (0..=cells).map(|place| (place * (self.0.len() - 1)) as f64 / cells as f64).collect()
+    }
+
+    /// From one place to another [m].
+    fn apart(&self, [one, other]: [f64; 2]) -> f64 {
+        let at = |place: f64| {
+            let before = self.0[place as usize];
+            self.0.get(place as usize + 1).map_or(before, |next| before + place.fract() * (next - before))
+        };
+        (at(one) - at(other)).abs()
+    }
 }
 
 impl Grid {
     /// One of square cells [m].
     #[cfg(test)]
     fn of_squares(counts: [usize; 2], side: f64) -> Self {
-        let [columns, rows] = counts.map(|count| (0..count).map(|place| side * place as f64).collect());
+        let [columns, rows] = counts.map(|count| Side((0..count).map(|place| side * place as f64).collect()));
         Self { columns, rows }
     }
 
     /// A straight line between two columns and two rows [m].
-    fn line(&self, columns: [usize; 2], rows: [usize; 2]) -> f64 {
-        let apart = |places: &[f64], [one, other]: [usize; 2]| (places[one] - places[other]).abs();
-        hypot(apart(&self.columns, columns), apart(&self.rows, rows))
-    }
-
-    /// How far a guide lets them come apart without stretch: further than a straight line, as a sheet that folds may be, but not as far
-    /// as the way along springs, which would hold nothing [m].
-    fn guide(&self, columns: [usize; 2], rows: [usize; 2]) -> f64 {
-        let line = self.line(columns, rows);
-        let diagonals = columns[0].abs_diff(columns[1]).min(rows[0].abs_diff(rows[1]));
-        let to = |[from, to]: [usize; 2]| if from < to { from + diagonals } else { from - diagonals };
-        let turn = [to(columns), to(rows)];
-        let way = self.line([columns[0], turn[0]], [rows[0], turn[1]]) + self.line([turn[0], columns[1]], [turn[1], rows[1]]);
-        line + GUIDED * (way - line)
+    fn line(&self, columns: [f64; 2], rows: [f64; 2]) -> f64 {
+        hypot(self.columns.apart(columns), self.rows.apart(rows))
     }
 }
 
@@ -104,39 +108,36 @@ impl LatticeLevels {
         let furthest = f64::from(shrunk) * FURTHEST * size / cbrt(f64::from(strain_limit / ROOMY)).min(1.0);
         let at = |i: usize, j: usize| model.particles.rest.get(lattice.first + j * lattice.columns + i).as_dvec3();
         let grid = Grid {
-            columns: (0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect(),
-            rows: (0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect(),
+            columns: Side((0..lattice.columns).map(|i| at(0, 0).distance(at(i, 0))).collect()),
+            rows: Side((0..lattice.rows).map(|j| at(0, 0).distance(at(0, j))).collect()),
         };
-        let mut columns: Vec<usize> = (0..lattice.columns).collect();
-        let mut rows: Vec<usize> = (0..lattice.rows).collect();
+        let mut cells = [lattice.columns - 1, lattice.rows - 1];
         let weight = |index: usize| f64::from(model.particles.inverse_mass[index]);
-        let mut weights: Vec<f64> = (lattice.first..lattice.first + columns.len() * rows.len()).map(weight).collect();
+        let mut weights: Vec<f64> = (lattice.first..lattice.first + lattice.columns * lattice.rows).map(weight).collect();
         let held: Vec<(usize, usize)> =
-            (0..weights.len()).filter(|&p| weights[p] == 0.0).map(|p| (p % columns.len(), p / columns.len())).collect();
+            (0..weights.len()).filter(|&p| weights[p] == 0.0).map(|p| (p % lattice.columns, p / lattice.columns)).collect();
         let stretch = 1.0 + f64::from(strain_limit);
         let mut levels: Vec<LatticeLevel> = Vec::new();
         let mut anchors = Vec::new();
         loop {
-            let mut level = LatticeLevel::new(&grid, &columns, &rows, stretch);
+            let mut level = LatticeLevel::new(&grid, cells, stretch);
             for (index, &weight) in weights.iter().enumerate() {
-                let place = level.place(index % columns.len(), index / columns.len());
+                let place = level.place(index % level.columns, index / level.columns);
                 level.w[place] = weight as f32;
                 if weight == 0.0 {
                     level.held.push((place, Vec3::ZERO));
                 }
             }
             let finest = levels.first().unwrap_or(&level);
-            anchors.push(anchors_of(&level, finest, &held, &grid, [&columns, &rows], stretch));
-            let enough = columns.len().max(rows.len()) < 3;
+            anchors.push(anchors::of(&level, finest, &held, &grid, cells, stretch));
+            weights = coarse_weights(&weights, &level);
             levels.push(level);
-            if enough {
+            if cells.iter().all(|&cells| cells < 2) {
                 break;
             }
-            weights = coarse_weights(&weights, &columns, &rows);
-            columns = (0..coarsened(columns.len())).map(|i| columns[sampled(i, columns.len())]).collect();
-            rows = (0..coarsened(rows.len())).map(|j| rows[sampled(j, rows.len())]).collect();
+            cells = cells.map(coarsened);
         }
-        let spacing = grid.columns[1].max(grid.rows[1]);
+        let spacing = grid.columns.0[1].max(grid.rows.0[1]);
         let of_level = |level: u32| f64::from(delta).min(furthest / (spacing * power(2.0, level))) as f32;
         let mut deltas: Vec<f32> = (0..levels.len() as u32).map(of_level).collect();
         deltas[0] *= FINEST;
@@ -163,10 +164,10 @@ impl LatticeLevels {
         let (finest, coarse) = self.levels.split_at_mut(1);
         if let Some(level) = index.checked_sub(1).map(|index| &mut coarse[index]) {
             for anchor in &self.anchors[index] {
-                let way = finest[0].p.get(anchor.b) - level.p.get(anchor.a);
-                let excess = anchor.excess(way, aim);
+                let way = finest[0].p.get(anchor.held) - level.p.get(anchor.particle);
+                let excess = anchor.excess(way.length(), aim);
                 if excess > 0.0 {
-                    level.p.set(anchor.a, level.p.get(anchor.a) + way * excess);
+                    level.p.set(anchor.particle, level.p.get(anchor.particle) + way * excess);
                 }
             }
         }
@@ -182,9 +183,8 @@ impl Levels for LatticeLevels {
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
             sample_start(&fine[index - 1], &mut coarse[0], &mut self.sampled[index], pool);
-            coarse[0].begin_guides();
             for anchor in &mut self.anchors[index] {
-                anchor.begin(coarse[0].x.get(anchor.a).distance(fine[0].x.get(anchor.b)));
+                anchor.begin(coarse[0].x.get(anchor.particle).distance(fine[0].x.get(anchor.held)));
             }
         }
         self.backwards = false;
@@ -314,53 +314,24 @@ impl WithSimd for Settle<'_> {
 }
 
 /// Inverse masses one level up: a coarse particle has the mass that it carries when its displacement is interpolated,
-/// so that a pull conserves momentum on the finest level too. Held stays held.
-fn coarse_weights(weights: &[f64], columns: &[usize], rows: &[usize]) -> Vec<f64> {
-    let (upper, right) = (parts(rows), parts(columns));
-    let (columns, rows) = (columns.len(), rows.len());
-    let (coarse_columns, coarse_rows) = (coarsened(columns), coarsened(rows));
+/// so that a pull conserves momentum on the finest level too. What samples nothing but what is held, stays held.
+fn coarse_weights(weights: &[f64], fine: &LatticeLevel) -> Vec<f64> {
+    let LatticeLevel { columns, beside: [across_beside, up_beside], .. } = fine;
+    let [coarse_columns, coarse_rows] = [across_beside, up_beside].map(|beside| beside.before.len());
     let mut masses = vec![0.0; coarse_columns * coarse_rows];
-    let both = |fine: usize, count: usize, part: f32| {
-        let [first, second] = parents(fine, count);
-        [(first, 1.0 - f64::from(part)), (second, f64::from(part))]
-    };
     for (index, &weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-        let (column, row) = (index % columns, index / columns);
-        for (j, up) in both(row, rows, upper[row]) {
-            for (i, across) in both(column, columns, right[column]) {
-                masses[j * coarse_columns + i] += up * across / weight;
+        for (j, up) in up_beside.parents(index / columns) {
+            for (i, across) in across_beside.parents(index % columns) {
+                masses[j * coarse_columns + i] += f64::from(up) * f64::from(across) / weight;
             }
         }
     }
-    let held = |i: usize, j: usize| weights[sampled(j, rows) * columns + sampled(i, columns)] == 0.0;
+    let held = |i: usize, j: usize| {
+        let samples = |side: &Beside, at: usize| side.sampled(at).into_iter().filter(|(_, part)| *part > 0.0);
+        samples(up_beside, j).all(|(row, _)| samples(across_beside, i).all(|(column, _)| weights[row * columns + column] == 0.0))
+    };
     let weight = |index: usize| if held(index % coarse_columns, index / coarse_columns) { 0.0 } else { 1.0 / masses[index] };
     (0..masses.len()).map(weight).collect()
-}
-
-/// Ties the corners of a coarse cell to a held particle inside it, unless one of them is held itself.
-fn anchors_of(
-    level: &LatticeLevel,
-    finest: &LatticeLevel,
-    held: &[(usize, usize)],
-    grid: &Grid,
-    [columns, rows]: [&[usize]; 2],
-    stretch: f64,
-) -> Vec<Guide> {
-    let cell = |numbers: &[usize], at: usize| numbers.partition_point(|&number| number <= at).clamp(1, numbers.len() - 1);
-    let mut anchors = Vec::new();
-    for &(column, row) in held {
-        let (i, j) = (cell(columns, column), cell(rows, row));
-        let corners = [(i - 1, j - 1), (i, j - 1), (i - 1, j), (i, j)];
-        if corners.iter().any(|&(i, j)| level.w[level.place(i, j)] == 0.0) {
-            continue;
-        }
-        let held = finest.place(column, row);
-        anchors.extend(corners.map(|(i, j)| {
-            let line = grid.line([columns[i], column], [rows[j], row]);
-            Guide::new(level.place(i, j), held, stretch * line)
-        }));
-    }
-    anchors
 }
 
 #[cfg(test)]
@@ -368,17 +339,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn guides_are_between_a_straight_line_and_the_way_along_springs() {
-        let grid = Grid::of_squares([20, 20], 1.0);
-        for ([columns, rows], way) in [
-            ([[3, 4], [7, 9]], 1.0 + 2.0_f64.sqrt()),
-            ([[4, 3], [7, 9]], 1.0 + 2.0_f64.sqrt()),
-            ([[0, 8], [2, 6]], 4.0 + 32.0_f64.sqrt()),
-        ] {
-            let line = grid.line(columns, rows);
-            let guide = grid.guide(columns, rows);
-            assert!((guide - (line + GUIDED * (way - line))).abs() < 1e-12 && line < guide && guide < way, "{guide}");
+    fn all_cells_of_a_level_are_alike() {
+        let grid = Grid::of_squares([24, 8], 0.5);
+        for (cells, width) in [(23, 0.5_f64), (12, 11.5 / 12.0), (1, 11.5)] {
+            let places = grid.columns.of_level(cells);
+            assert_eq!((places.len(), places[0], places[cells]), (cells + 1, 0.0, 23.0));
+            for pair in places.windows(2) {
+                let line = grid.line([pair[0], pair[1]], [0.0, 3.5]);
+                assert!((line - width.hypot(1.75)).abs() < 1e-12, "{line}");
+            }
         }
-        assert!((grid.guide([2, 5], [9, 6]) - 18.0_f64.sqrt()).abs() < 1e-12, "a diagonal is a way along springs");
     }
 }

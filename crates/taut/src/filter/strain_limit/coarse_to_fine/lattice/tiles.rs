@@ -152,9 +152,7 @@ mod tests {
 
     /// A level with springs at 0.995 of their limits, but for the particles that are `moved` [m] along a row.
     fn level([columns, rows]: [usize; 2], moved: &[(usize, usize, f32)]) -> LatticeLevel {
-        let numbers = |count: usize| (0..count).collect::<Vec<_>>();
-        let mut level =
-            LatticeLevel::new(&Grid::of_squares([columns, rows], 0.1), &numbers(columns), &numbers(rows), 1.0 / 0.995);
+        let mut level = LatticeLevel::new(&Grid::of_squares([columns, rows], 0.1), [columns - 1, rows - 1], 1.0 / 0.995);
         for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
             let place = level.place(column, row);
             level.p.set(place, [0.1 * column as f32, 0.1 * row as f32, 0.0].into());

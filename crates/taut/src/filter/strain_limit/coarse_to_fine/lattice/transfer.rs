@@ -1,54 +1,53 @@
 //! From a level to the next coarser one and back.
 //!
-//! Coarse columns and rows are every second fine one, from both ends: where their number is even, two neighbours in the middle are
-//! both kept, so that corners have diagonals that lead away from them on all levels. Going down, fields are sampled; coming back, what
-//! the coarse level added is interpolated linearly between its neighbours.
+//! A level has half as many cells along a side as the next finer one, rounded up, and all of them are alike. So where a number of cells is
+//! odd, coarse columns (or rows) lie between fine ones. Going down, fields are sampled linearly; coming back, what the coarse level added is
+//! interpolated linearly between its neighbours.
 
 use pulp::{Simd, WithSimd};
 
 use super::level::LatticeLevel;
 use crate::geometry::{Pool, Vectors, VectorsChunk, arch};
 
-/// How many coarse columns (or rows) `count` fine ones have.
-pub(super) fn coarsened(count: usize) -> usize {
-    count / 2 + 1
+/// How many cells the next coarser level has along a side with so many.
+pub(super) fn coarsened(cells: usize) -> usize {
+    cells.div_ceil(2)
 }
 
-/// How many coarse columns (or rows), of `count` fine ones, sample even ones; the others sample odd ones.
-#[inline(always)]
-fn of_even_ones(count: usize) -> usize {
-    let coarse = coarsened(count);
-    if count.is_multiple_of(2) { coarse / 2 } else { coarse }
+/// Where the columns (or rows) of a level lie beside those of the next coarser one.
+pub(super) struct Beside {
+    /// Coarse ones lie on every second fine one.
+    is_even: bool,
+    /// Coarse column c samples fine column 2 c - 1 by this part, and 2 c by the rest [1].
+    pub before: Vec<f32>,
+    /// Fine column f follows coarse column f / 2 + 1 by this part, and f / 2 by the rest [1]; and that in the order in which a row keeps
+    /// columns.
+    pub beyond: Vec<f32>,
+    of_evens: Vec<f32>,
+    of_odds: Vec<f32>,
 }
 
-/// The fine column (or row) that a coarse one samples, of `count` fine ones.
-#[inline(always)]
-pub(super) fn sampled(coarse: usize, count: usize) -> usize {
-    if coarse < of_even_ones(count) { 2 * coarse } else { 2 * coarse - 1 }
-}
+impl Beside {
+    /// Of a level with so many cells along this side.
+    pub fn new(cells: usize) -> Self {
+        let coarse = coarsened(cells);
+        let before = (0..=coarse).map(|c| (2 * c * coarse - c * cells) as f32 / coarse as f32).collect();
+        let beyond: Vec<f32> = (0..=cells).map(|f| (f * coarse - f / 2 * cells) as f32 / cells as f32).collect();
+        let [of_evens, of_odds] = [0, 1].map(|first| beyond.iter().skip(first).step_by(2).copied().collect());
+        Self { is_even: cells.is_multiple_of(2), before, beyond, of_evens, of_odds }
+    }
 
-/// The two coarse neighbours of a fine column (or row); the same twice where it is sampled itself.
-#[inline(always)]
-pub(super) fn parents(fine: usize, count: usize) -> [usize; 2] {
-    let is_kept = fine.is_multiple_of(2) == (fine + 1 < 2 * of_even_ones(count));
-    if is_kept { [fine.div_ceil(2); 2] } else { [fine / 2, fine / 2 + 1] }
-}
+    /// The fine columns that a coarse one samples, each with its part.
+    pub fn sampled(&self, coarse: usize) -> [(usize, f32); 2] {
+        let (part, last) = (self.before[coarse], self.beyond.len() - 1);
+        [((2 * coarse).min(last), 1.0 - part), ((2 * coarse).saturating_sub(1), part)]
+    }
 
-/// The part by which each of some fine columns (or rows), which have these numbers in their grid, follows the second of its coarse
-/// neighbours [1]; it follows the first one by the rest. That is 1/2, but for some in the middle.
-pub(super) fn parts(numbers: &[usize]) -> Vec<f32> {
-    let part = |fine: usize| {
-        let [first, second] = parents(fine, numbers.len()).map(|coarse| numbers[sampled(coarse, numbers.len())]);
-        (numbers[fine] - first) as f32 / (second - first).max(1) as f32
-    };
-    (0..numbers.len()).map(part).collect()
-}
-
-/// Those of columns that are not sampled, as a row keeps them: odd ones, then even ones.
-pub(super) fn parts_between(numbers: &[usize]) -> Vec<f32> {
-    let (all, kept) = (parts(numbers), of_even_ones(numbers.len()));
-    let odd = all.iter().skip(1).step_by(2).take(kept - 1);
-    odd.chain(all.iter().step_by(2).skip(kept)).copied().collect()
+    /// The coarse columns that a fine one follows, each with its part.
+    pub fn parents(&self, fine: usize) -> [(usize, f32); 2] {
+        let (part, last) = (self.beyond[fine], self.before.len() - 1);
+        [(fine / 2, 1.0 - part), ((fine / 2 + 1).min(last), part)]
+    }
 }
 
 /// Where the finest level's ends were one cycle ago, and the part of the way since then that they go on by.
@@ -119,15 +118,29 @@ impl WithSimd for Sample<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { fine, columns, row_length, first, from, previous, momentum, to, sampled: rows } = self;
+        let [Beside { is_even, before, .. }, up] = &fine.beside;
         for (row, (to, sampled_row)) in to.chunks_mut(row_length).zip(rows.chunks_mut(row_length)).enumerate() {
-            let fine_row = sampled(first + row, fine.rows);
+            let [(one, rest), (other, part)] = up.sampled(first + row);
             let sampled_row = &mut sampled_row[..columns];
-            let (of_evens, of_odds) = sampled_row.split_at_mut(of_even_ones(fine.columns));
-            let odds = fine.place(sampled(of_evens.len(), fine.columns), fine_row);
-            for (sampled, first) in [(of_evens, fine.place(0, fine_row)), (of_odds, odds)] {
-                let places = first..first + sampled.len();
-                for (value, (now, previous)) in sampled.iter_mut().zip(from[places.clone()].iter().zip(&previous[places])) {
-                    *value = ahead(*now, *previous, momentum);
+            let run = |row: usize, parity: usize, len: usize| {
+                let first = fine.place(parity, row);
+                from[first..first + len].iter().zip(&previous[first..first + len])
+            };
+            let at = |(now, previous): (&f32, &f32)| ahead(*now, *previous, momentum);
+            let evens = if *is_even { columns } else { columns - 1 };
+            if part == 0.0 {
+                sampled_row.iter_mut().zip(run(one, 0, evens)).for_each(|(value, even)| *value = at(even));
+            } else {
+                for (value, (even, below)) in sampled_row.iter_mut().zip(run(one, 0, evens).zip(run(other, 0, evens))) {
+                    *value = rest * at(even) + part * at(below);
+                }
+            }
+            if !is_even {
+                // The last one lies on the last fine one, which is odd.
+                let odds = run(one, 1, evens).zip(run(other, 1, evens)).map(|(odd, below)| rest * at(odd) + part * at(below));
+                sampled_row[columns - 1] = 0.0;
+                for ((value, before), odd) in sampled_row[1..].iter_mut().zip(&before[1..]).zip(odds) {
+                    *value = (1.0 - before) * *value + before * odd;
                 }
             }
             let (pairs, rest) = sampled_row.as_chunks::<2>();
@@ -160,15 +173,15 @@ pub(super) fn prolong(
     });
     let gains = &*sampled;
     let row_length = fine.row_length();
-    let LatticeLevel { p, held, columns, rows, right, upper, .. } = fine;
-    let ([columns, rows], parts) = ([*columns, *rows], [&**right, &**upper]);
+    let LatticeLevel { p, held, columns, rows, beside, .. } = fine;
+    let [columns, rows] = [*columns, *rows];
     held.iter_mut().for_each(|(place, end)| *end = p.get(*place));
     let (all, length) = (0..rows * row_length, BAND * row_length);
     let add = |[p, previous]: [VectorsChunk<'_>; 2], momentum: f32| {
         let first = p.first / row_length;
         let axes = [(&gains.x, p.x, previous.x), (&gains.y, p.y, previous.y), (&gains.z, p.z, previous.z)];
         for (gains, p, previous) in axes {
-            arch().dispatch(Prolong { columns, rows, parts, row_length, coarse, first, gains, p, previous, momentum });
+            arch().dispatch(Prolong { columns, beside, row_length, coarse, first, gains, p, previous, momentum });
         }
     };
     match ahead {
@@ -218,9 +231,8 @@ impl WithSimd for Gain<'_> {
 /// Some rows of a fine level.
 struct Prolong<'a> {
     columns: usize,
-    rows: usize,
-    /// As the level has them.
-    parts: [&'a [f32]; 2],
+    /// Its columns and rows.
+    beside: &'a [Beside; 2],
     row_length: usize,
     coarse: &'a LatticeLevel,
     /// The first fine row.
@@ -237,9 +249,8 @@ impl WithSimd for Prolong<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { columns, rows, parts: [right, upper], row_length, coarse, first, gains, p, previous, momentum } = self;
-        let (evens, odds, kept) = (columns.div_ceil(2), columns / 2, of_even_ones(columns));
-        let (right_of_odd, right_of_even) = right.split_at(kept - 1);
+        let Self { columns, beside: [across, up], row_length, coarse, first, gains, p, previous, momentum } = self;
+        let (evens, odds) = (columns.div_ceil(2), columns / 2);
         let gains_of = |row: usize| &gains[row * coarse.row_length()..][..coarse.columns];
         let mut previous = previous.chunks_mut(row_length);
         for (row, p) in (first..).zip(p.chunks_mut(row_length)) {
@@ -250,24 +261,22 @@ impl WithSimd for Prolong<'_> {
                     *previous = now;
                 }
             }
-            let [one, other] = parents(row, rows).map(gains_of);
-            let upper = upper[row];
-            let between = |(one, other): (&f32, &f32)| (1.0 - upper) * one + upper * other;
-            let (even, odd) = p.split_at_mut(row_length / 2);
-            let (even, even_between) = even[..evens].split_at_mut(kept);
-            let (odd_between, odd) = odd[..odds].split_at_mut(kept - 1);
-            for (sampled, first) in [(even, 0), (odd, kept)] {
-                for (p, gains) in sampled.iter_mut().zip(one[first..].iter().zip(&other[first..])) {
-                    *p += between(gains);
-                }
-            }
-            for (apart, parts, first) in [(odd_between, right_of_odd, 0), (even_between, right_of_even, kept)] {
-                let left = one[first..].iter().zip(&other[first..]);
-                let [one, other] = [one, other].map(|gains| gains.get(first + 1..).unwrap_or_default());
-                for (((p, part), left), right) in apart.iter_mut().zip(parts).zip(left).zip(one.iter().zip(other)) {
+            let [(one, below), (other, above)] = up.parents(row);
+            let [one, other] = [one, other].map(gains_of);
+            let between = |(one, other): (&f32, &f32)| below * one + above * other;
+            let follow = |p: &mut [f32], parts: &[f32]| {
+                let (left, right) = (one.iter().zip(other), one[1..].iter().zip(&other[1..]));
+                for (((p, part), left), right) in p.iter_mut().zip(parts).zip(left).zip(right) {
                     *p += (1.0 - part) * between(left) + part * between(right);
                 }
+            };
+            let (even, odd) = p.split_at_mut(row_length / 2);
+            if across.is_even {
+                even[..evens].iter_mut().zip(one.iter().zip(other)).for_each(|(p, gain)| *p += between(gain));
+            } else {
+                follow(&mut even[..evens], &across.of_evens);
             }
+            follow(&mut odd[..odds], &across.of_odds);
         }
     }
 }
@@ -288,51 +297,46 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_ends_are_sampled_and_what_is_between_follows_its_neighbours() {
-        for count in 2..70 {
-            let coarse: Vec<usize> = (0..coarsened(count)).map(|coarse| sampled(coarse, count)).collect();
-            assert_eq!((coarse[0], coarse[coarse.len() - 1]), (0, count - 1));
-            assert!(coarse.windows(2).all(|pair| (1..=2).contains(&(pair[1] - pair[0]))), "{coarse:?}");
-            let narrow: Vec<usize> = (1..coarse.len()).filter(|&place| coarse[place] == coarse[place - 1] + 1).collect();
-            assert_eq!(narrow.len(), usize::from(count % 2 == 0));
-            assert!(
-                count < 5 || narrow.iter().all(|&place| place > 1 && place + 1 < coarse.len()),
-                "{coarse:?}: not in the middle"
-            );
-            for fine in 0..count {
-                let [one, other] = parents(fine, count).map(|place| coarse[place]);
-                assert_eq!(one + other, 2 * fine, "{fine} of {count}");
+    fn both_ends_are_sampled_and_linear_fields_are_carried_over_both_ways() {
+        for cells in 1..70 {
+            let (beside, coarse) = (Beside::new(cells), coarsened(cells));
+            let pitch = cells as f32 / coarse as f32;
+            assert_eq!((beside.sampled(0)[0], beside.sampled(coarse)[usize::from(cells % 2 == 1)]), ((0, 1.0), (cells, 1.0)));
+            for c in 0..=coarse {
+                let place: f32 = beside.sampled(c).iter().map(|(fine, part)| *fine as f32 * part).sum();
+                assert!((place - pitch * c as f32).abs() < 1e-5 * cells as f32, "{c} of {cells}: {place}");
+            }
+            for f in 0..=cells {
+                let place: f32 = beside.parents(f).iter().map(|(coarse, part)| *coarse as f32 * pitch * part).sum();
+                assert!((place - f as f32).abs() < 1e-5 * cells as f32, "{f} of {cells}: {place}");
+                assert!(beside.parents(f).iter().all(|(_, part)| (0.0..=1.0).contains(part)));
             }
         }
     }
 
     proptest! {
         #[test]
-        fn linear_gains_are_carried_over(size in [2_usize..70, 2_usize..40], twice: bool, slope in [-1.0_f32..1.0, -1.0_f32..1.0]) {
-            let mut numbers = size.map(|count| (0..count).collect::<Vec<_>>());
-            let grid = Grid::of_squares(size, 1.0);
-            let halve = |numbers: &Vec<usize>| (0..coarsened(numbers.len())).map(|c| numbers[sampled(c, numbers.len())]).collect();
-            if twice {
-                numbers = numbers.each_ref().map(halve);
-            }
-            let coarse_numbers: [Vec<usize>; 2] = numbers.each_ref().map(halve);
-            let mut fine = LatticeLevel::new(&grid, &numbers[0], &numbers[1], 1.0);
-            let mut coarse = LatticeLevel::new(&grid, &coarse_numbers[0], &coarse_numbers[1], 1.0);
+        fn linear_fields_are_carried_over(size in [1_usize..69, 1_usize..39], slope in [-1.0_f32..1.0, -1.0_f32..1.0]) {
+            let grid = Grid::of_squares(size.map(|cells| cells + 1), 1.0);
+            let coarse_cells = size.map(coarsened);
+            let mut fine = LatticeLevel::new(&grid, size, 1.0);
+            let mut coarse = LatticeLevel::new(&grid, coarse_cells, 1.0);
             let (mut sampled, pool) = (Vectors::zeros(coarse.p.len()), Pool::new(1));
-            let gain = |column: usize, row: usize| 1.0 + slope[0] * column as f32 + slope[1] * row as f32;
+            let pitch = [0, 1].map(|axis| size[axis] as f32 / coarse_cells[axis] as f32);
+            let field = |column: f32, row: f32| Vec3::splat(1.0 + slope[0] * column + slope[1] * row);
+            for (i, j) in (0..=size[0]).flat_map(|i| (0..=size[1]).map(move |j| (i, j))) {
+                fine.p.set(fine.place(i, j), field(i as f32, j as f32));
+            }
             sample_ends(&fine, None, &mut coarse, &mut sampled, &pool);
-            for (i, column) in coarse_numbers[0].iter().enumerate() {
-                for (j, row) in coarse_numbers[1].iter().enumerate() {
-                    let place = coarse.place(i, j);
-                    coarse.p.set(place, Vec3::splat(gain(*column, *row)));
-                }
+            for (i, j) in (0..=coarse_cells[0]).flat_map(|i| (0..=coarse_cells[1]).map(move |j| (i, j))) {
+                let (place, there) = (coarse.place(i, j), field(pitch[0] * i as f32, pitch[1] * j as f32));
+                prop_assert!((coarse.p.get(place) - there).length() < 1e-3, "{i}, {j} of {size:?} is sampled elsewhere");
+                coarse.p.set(place, 3.0 * there);
             }
             prolong(&mut fine, None, &coarse, &mut sampled, &pool);
-            for (i, column) in numbers[0].iter().enumerate() {
-                for (j, row) in numbers[1].iter().enumerate() {
-                    let apart = fine.p.get(fine.place(i, j)) - Vec3::splat(gain(*column, *row));
-                    prop_assert!(apart.length() < 1e-3, "{column}, {row} of {size:?}: {apart}");
-                }
+            for (i, j) in (0..=size[0]).flat_map(|i| (0..=size[1]).map(move |j| (i, j))) {
+                let apart = fine.p.get(fine.place(i, j)) - 3.0 * field(i as f32, j as f32);
+                prop_assert!(apart.length() < 1e-2, "{i}, {j} of {size:?}: {apart}");
             }
         }
     }
