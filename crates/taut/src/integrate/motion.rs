@@ -18,6 +18,10 @@ use crate::state::State;
 /// So many roundings of a coordinate a step may add up to, seen from the centre of mass.
 const ROUNDINGS: f32 = 8.0;
 
+/// What hangs from something, and can touch nothing, gains no more in half a step than this part of how fast it went: from rest it gains as much
+/// as that. Where V of light particles beside a pin turns round in every step, half of what the step added is no motion.
+const LARGEST_GAIN: f32 = 1.001;
+
 /// Who tells them.
 pub(super) struct Motion {
     /// The cloths that nothing holds.
@@ -57,20 +61,20 @@ impl Motion {
             return;
         }
         let step = plan.length as f32;
-        for cloth in &model.cloths {
+        for (index, cloth) in model.cloths.iter().enumerate() {
             // An undivided step of the Euler method goes by V h: at rest V is zero, and in free fall it is exact.
             let undivided = model.solver.integrator == IntegratorKind::Euler && plan.of(cloth).parts() == 1;
+            let is_bounded = !model.contact.is_on && !self.free.contains(&index);
+            let bound = if is_bounded { LARGEST_GAIN } else { f32::INFINITY };
             motion.for_each_chunk_of(cloth.particles(), pool, |chunk| {
                 let run = chunk.first..chunk.first + chunk.x.len();
                 let [before, after, starts, ends] =
                     [&self.before, velocities, starts, positions].map(|all| all.columns().map(|column| &column[run.clone()]));
-                for (axis, column) in [chunk.x, chunk.y, chunk.z].into_iter().enumerate() {
-                    if undivided {
-                        column.copy_from_slice(after[axis]);
-                    } else {
-                        let (starts, ends, before, after) = (starts[axis], ends[axis], before[axis], after[axis]);
-                        arch().dispatch(Tell { column, starts, ends, before, after, step });
-                    }
+                let columns = [chunk.x, chunk.y, chunk.z];
+                if undivided {
+                    columns.into_iter().zip(after).for_each(|(column, after)| column.copy_from_slice(after));
+                } else {
+                    arch().dispatch(Tell { columns, starts, ends, before, after, step, bound });
                 }
             });
         }
@@ -103,14 +107,15 @@ fn keep_momentum(
     }
 }
 
-/// `column = (ends - starts) / step + (after - before) / 2`
+/// `(ends - starts) / step + (after - before) / 2`, the latter no more than `bound` times the former.
 struct Tell<'a> {
-    column: &'a mut [f32],
-    starts: &'a [f32],
-    ends: &'a [f32],
-    before: &'a [f32],
-    after: &'a [f32],
+    columns: [&'a mut [f32]; 3],
+    starts: [&'a [f32]; 3],
+    ends: [&'a [f32]; 3],
+    before: [&'a [f32]; 3],
+    after: [&'a [f32]; 3],
     step: f32,
+    bound: f32,
 }
 
 impl WithSimd for Tell<'_> {
@@ -118,10 +123,17 @@ impl WithSimd for Tell<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { column, starts, ends, before, after, step } = self;
-        let places = starts.iter().zip(ends).zip(before.iter().zip(after));
-        for (value, ((start, end), (before, after))) in column.iter_mut().zip(places) {
-            *value = (end - start) / step + (after - before) * 0.5;
+        let Self { columns: [x, y, z], starts, ends, before, after, step, bound } = self;
+        let count = x.len();
+        let (y, z) = (&mut y[..count], &mut z[..count]);
+        let [starts, ends, before, after] = [starts, ends, before, after].map(|all| all.map(|column| &column[..count]));
+        for index in 0..count {
+            let mean: [f32; 3] = std::array::from_fn(|axis| (ends[axis][index] - starts[axis][index]) / step);
+            let gain: [f32; 3] = std::array::from_fn(|axis| (after[axis][index] - before[axis][index]) * 0.5);
+            let [of_mean, of_gain] = [mean, gain].map(|[x, y, z]| x * x + y * y + z * z);
+            let most = bound * bound * of_mean;
+            let part = if of_gain > most { (most / of_gain).sqrt() } else { 1.0 };
+            (x[index], y[index], z[index]) = (mean[0] + part * gain[0], mean[1] + part * gain[1], mean[2] + part * gain[2]);
         }
     }
 }

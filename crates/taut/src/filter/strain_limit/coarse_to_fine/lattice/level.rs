@@ -6,7 +6,7 @@
 //! A sweep takes every second band of rows, then the others: bands of one kind share no particle, so that they may be swept
 //! at the same time with the same result.
 
-use std::iter::repeat_n;
+use std::iter::{empty, repeat_n};
 use std::ops::Range;
 
 use glam::Vec3;
@@ -14,6 +14,7 @@ use pulp::{Simd, WithSimd};
 
 use super::super::Measure;
 use super::Grid;
+use super::guides::{self, Guide};
 use super::kernels::{BLOCK, End, LatticePull, Limits, project, worst};
 use super::tiles::{LatticeTiles, Tile};
 use super::transfer::Beside;
@@ -37,6 +38,8 @@ pub(super) struct LatticeLevel {
     pub w: Vec<f32>,
     /// Where what is held is kept, and workspace for where it ends.
     pub held: Vec<(usize, Vec3)>,
+    /// Diagonals, where cells have quite another shape than those of the cloth: they are in no runs then.
+    guides: Vec<Guide>,
     /// Length of half a row in memory.
     stride: usize,
     /// Greatest lengths [m] along a row: of the springs that begin at even columns, at odd columns.
@@ -92,20 +95,31 @@ impl LatticeLevel {
             })
         };
         let [level_row, upward] = [[0.0; 2], [rows[0], rows[1]]];
+        let is_guided = grid.is_guided([columns[1], rows[1]]);
         let size = 2 * rows.len() * stride;
-        Self {
+        let mut level = Self {
             columns: columns.len(),
             rows: rows.len(),
             x: Vectors::zeros(size),
             p: Vectors::zeros(size),
             w: vec![0.0; size],
             held: Vec::new(),
+            guides: Vec::new(),
             stride,
             across: along(level_row),
-            diagonal: along(upward),
+            diagonal: if is_guided { [(); 2].map(|()| Lengths::new(empty())) } else { along(upward) },
             up: Lengths::new(repeat_n((stretch * grid.line(level_row, upward)) as f32, evens.next_multiple_of(BLOCK))),
             beside: [Beside::new(across), Beside::new(up)],
+        };
+        if is_guided {
+            let limit = stretch * grid.line([columns[0], columns[1]], upward);
+            level.guides = (0..up)
+                .flat_map(|row| (0..across).map(move |column| (column, row)))
+                .flat_map(|(i, j)| [[(i, j), (i + 1, j + 1)], [(i + 1, j), (i, j + 1)]])
+                .map(|[a, b]| Guide::new(level.place(a.0, a.1), level.place(b.0, b.1), limit))
+                .collect();
         }
+        level
     }
 
     /// Where the particle of a column and a row is kept.
@@ -136,6 +150,12 @@ impl LatticeLevel {
         self.columns * self.rows
     }
 
+    /// Takes where a step begins for its guides.
+    pub fn begin_guides(&mut self) {
+        let Self { guides, x, .. } = self;
+        guides.iter_mut().for_each(|guide| guide.begin(x.get(guide.a).distance(x.get(guide.b))));
+    }
+
     /// One pass over all springs, or over those in the tiles.
     pub fn sweep(&mut self, pull: LatticePull, backwards: bool, tiles: Option<&LatticeTiles>, pool: &Pool) {
         let row_length = self.row_length();
@@ -158,6 +178,7 @@ impl LatticeLevel {
                 });
             });
         }
+        guides::pull(&self.guides, x, p, w, pull);
     }
 
     /// What all springs are, or those that the last sweep over tiles may have changed; marks the tiles that are over `enough` of

@@ -1,7 +1,7 @@
 //! A regular grid: levels of stride 2, all of it in vector registers.
 
-mod anchors;
 mod exchange;
+mod guides;
 mod kernels;
 mod level;
 mod tiles;
@@ -14,8 +14,8 @@ use super::{Cycle, FINEST, Levels, Measure, Motion, coarse_sweeps, cycles_to_com
 use crate::contact::Obstacle;
 use crate::geometry::{Pool, Vectors, arch, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
-use anchors::Anchor;
 use exchange::{load, store};
+use guides::Guide;
 use kernels::LatticePull;
 use level::LatticeLevel;
 use tiles::LatticeTiles;
@@ -36,6 +36,10 @@ const LOCAL: f32 = 0.125;
 const LOCAL_SWEEPS: usize = 2;
 const LOCAL_ROUNDS: usize = 2;
 
+/// Diagonals of coarse cells are guides where the way along springs is longer than a straight line by more than this part [1]. Where it is
+/// less, cloth that folds has about that much room in the back-off.
+const STRAIGHT: f64 = 0.02;
+
 /// A grid's levels, finest first.
 pub(super) struct LatticeLevels {
     first: usize,
@@ -50,7 +54,7 @@ pub(super) struct LatticeLevels {
     /// Ends of the finest level one cycle ago.
     previous: Vectors,
     /// What ties particles of each level to held ones of the finest level, which it does not have.
-    anchors: Vec<Vec<Anchor>>,
+    anchors: Vec<Vec<Guide>>,
     /// Where the finest level is still over its limit.
     tiles: LatticeTiles,
     backwards: bool,
@@ -98,6 +102,14 @@ impl Grid {
     fn line(&self, columns: [f64; 2], rows: [f64; 2]) -> f64 {
         hypot(self.columns.apart(columns), self.rows.apart(rows))
     }
+
+    /// Whether the way along springs over a cell of such a size, diagonals first and then straight on, is so much longer than a straight
+    /// line that its diagonals are guides.
+    fn is_guided(&self, [width, height]: [f64; 2]) -> bool {
+        let turn = width.min(height);
+        let way = self.line([0.0, turn], [0.0, turn]) + self.line([turn, width], [turn, height]);
+        way > (1.0 + STRAIGHT) * self.line([0.0, width], [0.0, height])
+    }
 }
 
 impl LatticeLevels {
@@ -129,7 +141,7 @@ impl LatticeLevels {
                 }
             }
             let finest = levels.first().unwrap_or(&level);
-            anchors.push(anchors::of(&level, finest, &held, &grid, cells, stretch));
+            anchors.push(guides::anchors(&level, finest, &held, &grid, cells, stretch));
             weights = coarse_weights(&weights, &level);
             levels.push(level);
             if cells.iter().all(|&cells| cells < 2) {
@@ -164,10 +176,10 @@ impl LatticeLevels {
         let (finest, coarse) = self.levels.split_at_mut(1);
         if let Some(level) = index.checked_sub(1).map(|index| &mut coarse[index]) {
             for anchor in &self.anchors[index] {
-                let way = finest[0].p.get(anchor.held) - level.p.get(anchor.particle);
+                let way = finest[0].p.get(anchor.b) - level.p.get(anchor.a);
                 let excess = anchor.excess(way.length(), aim);
                 if excess > 0.0 {
-                    level.p.set(anchor.particle, level.p.get(anchor.particle) + way * excess);
+                    level.p.set(anchor.a, level.p.get(anchor.a) + way * excess);
                 }
             }
         }
@@ -183,8 +195,9 @@ impl Levels for LatticeLevels {
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
             sample_start(&fine[index - 1], &mut coarse[0], &mut self.sampled[index], pool);
+            coarse[0].begin_guides();
             for anchor in &mut self.anchors[index] {
-                anchor.begin(coarse[0].x.get(anchor.particle).distance(fine[0].x.get(anchor.held)));
+                anchor.begin(coarse[0].x.get(anchor.a).distance(fine[0].x.get(anchor.b)));
             }
         }
         self.backwards = false;
