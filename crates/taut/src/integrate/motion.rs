@@ -137,3 +137,43 @@ impl WithSimd for Tell<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The velocity that is told of a particle that goes so far along x in a step of 1/64 s, V being this before and after.
+    fn told(way: f32, before: f32, after: f32, bound: f32) -> f32 {
+        let (starts, ends, before, after) = ([0.0], [way], [before], [after]);
+        let (mut x, mut y, mut z) = ([9.0], [9.0], [9.0]);
+        let still: &[f32] = &[0.0];
+        arch().dispatch(Tell {
+            columns: [&mut x, &mut y, &mut z],
+            starts: [&starts, still, still],
+            ends: [&ends, still, still],
+            before: [&before, still, still],
+            after: [&after, still, still],
+            step: 1.0 / 64.0,
+            bound,
+        });
+        assert_eq!([y, z], [[0.0]; 2]);
+        x[0]
+    }
+
+    #[test]
+    fn what_stands_still_has_no_velocity_however_v_turns_round() {
+        assert_eq!(told(0.0, 8.0, -8.0, LARGEST_GAIN), 0.0);
+        assert_eq!(told(0.0, 8.0, -8.0, f32::INFINITY), -8.0);
+        assert!((told(1e-3, 8.0, -8.0, LARGEST_GAIN)).abs() < 1e-3);
+    }
+
+    #[test]
+    fn what_is_accelerated_steadily_has_the_velocity_of_the_end_of_the_step() {
+        let (acceleration, step) = (-9.81, 1.0 / 64.0);
+        for start in [0.0, 1.0, -3.0] {
+            let end = start + acceleration * step;
+            let told = told((start + end) / 2.0 * step, start, end, LARGEST_GAIN);
+            assert!((told - end).abs() < 1e-6, "{told} instead of {end}");
+        }
+    }
+}

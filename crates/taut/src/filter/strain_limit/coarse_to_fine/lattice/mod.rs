@@ -363,4 +363,14 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn diagonals_of_cells_of_quite_another_shape_are_guides() {
+        let grid = Grid { columns: Side((0..30).map(|i| 0.2 * f64::from(i)).collect()), ..Grid::of_squares([2, 30], 0.3) };
+        for (cell, is_guided) in
+            [([1.0, 1.0], false), ([8.0, 8.0], false), ([8.0, 7.6], false), ([8.0, 6.5], true), ([1.0, 2.0], true)]
+        {
+            assert_eq!(grid.is_guided(cell), is_guided, "{cell:?}");
+        }
+    }
 }
