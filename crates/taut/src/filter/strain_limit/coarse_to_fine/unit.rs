@@ -194,9 +194,9 @@ impl Unit {
         descent.worst = left.worst;
         let mut is_stuck = is_last;
         if descent.sweeps >= descent.next_look && !self.progresses_slowly {
+            let are_many = left.over > STUBBORN && !self.is_small;
             let are_fewer = left.over as f32 <= FEWER * descent.over_before as f32;
-            let is_too_much = left.over > STUBBORN && !self.is_small;
-            is_stuck |= left.worst - enough > PROGRESS * descent.before && !(are_fewer && is_too_much);
+            is_stuck |= left.worst - enough > PROGRESS * descent.before && !(are_many && are_fewer);
             (descent.before, descent.over_before) = (left.worst - enough, left.over);
             descent.next_look = descent.sweeps + PROGRESS_INTERVAL;
         }

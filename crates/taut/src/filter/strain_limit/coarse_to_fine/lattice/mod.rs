@@ -37,7 +37,7 @@ const LOCAL_SWEEPS: usize = 2;
 const LOCAL_ROUNDS: usize = 2;
 
 /// Diagonals of coarse cells are guides where the way along springs is longer than a straight line by more than this part [1]. Where it is
-/// less, cloth that folds has about that much room in the back-off.
+/// less, they may contradict cloth that folds, but by little, and runs are swept faster (docs/decisions/coarse-to-fine.md).
 const STRAIGHT: f64 = 0.02;
 
 /// A grid's levels, finest first.
