@@ -9,7 +9,7 @@ use super::crossing::Motion;
 use super::detect::{Detection, Pair};
 use super::proximity::{Closest, Kind};
 use super::surfaces::Surfaces;
-use super::ways::Four;
+use super::ways::Batch;
 use super::{FLOOR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 
@@ -76,19 +76,21 @@ impl Cuts {
                 return;
             }
             // Those that were found on another way are looked at on this one.
-            let mut fours = [Kind::PointTriangle, Kind::EdgeEdge].map(Four::new);
+            let mut batches = [Kind::PointTriangle, Kind::EdgeEdge].map(Batch::new);
             for candidate in found.filter(|candidate| !detection.is_asked(&candidate.pair)) {
-                let four = &mut fours[candidate.pair.kind as usize];
-                if four.put(candidate.pair.corners) {
-                    four.take(&detection.ways, None).for_each(&mut each);
+                let batch = &mut batches[candidate.pair.kind as usize];
+                if batch.put(candidate.pair.corners) {
+                    batch.take(&detection.ways, None).for_each(&mut each);
                 }
             }
-            fours.iter_mut().for_each(|four| four.take(&detection.ways, None).for_each(&mut each));
+            batches.iter_mut().for_each(|batch| batch.take(&detection.ways, None).for_each(&mut each));
         });
         for (cuts, closest) in &self.parts[..count] {
             self.list.extend(cuts);
             self.closest = self.closest.min(*closest);
         }
+        // How they were found makes no difference.
+        self.list.sort_unstable_by_key(|cut| cut.pair);
         for plane in &surfaces.planes {
             let [from, to] = [&places.x, &places.ends].map(|places| places[plane.vertex as usize]);
             for particle in 0..surfaces.particles {

@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 
+use super::bounds::{Bounds, Four, meeting, numbers};
 use super::met::{Meetings, Met};
 use super::proximity::Kind;
 use super::surfaces::{Owner, Surfaces, Thick};
-use super::tree::{Bounds, Leaf, Tree};
-use super::ways::{Asks, Four, LANES, Ways};
+use super::tree::{Leaf, Tree};
+use super::ways::{Asks, BATCH, Batch, Ways};
 use super::{FLOOR, MARGIN, Places};
 use crate::geometry::{Pool, for_each_part};
 
@@ -55,24 +56,8 @@ pub(crate) struct Detection {
     asked: Vec<bool>,
     bounds: Vec<Bounds>,
     met: Meetings,
-    parts: Vec<Part>,
-}
-
-/// What a part of the pairs of leaves holds, and features of two leaves that meet the other one.
-#[derive(Debug, Default)]
-struct Part {
-    pairs: Vec<Candidate>,
-    triangles: Boxes<3>,
-    edges: [Boxes<2>; 2],
-}
-
-/// Features of a leaf with `N` corners each.
-#[derive(Debug, Default)]
-struct Boxes<const N: usize> {
-    corners: Vec<[u32; N]>,
-    bounds: Vec<Bounds>,
-    /// Those that have met a box, by their numbers.
-    met: Vec<u32>,
+    /// What parts of the pairs of leaves hold.
+    parts: Vec<Vec<Candidate>>,
 }
 
 impl Detection {
@@ -182,27 +167,29 @@ impl Detection {
         for tree in surfaces.cloths.iter_mut().chain(&mut surfaces.bodies) {
             tree.refit_nodes(bounds, asked, pool);
         }
-        let Surfaces { monotone, thick, skins, owners, .. } = &*surfaces;
         met.find(surfaces, bounds, asked, pool);
-        let (met, tree) = (&met.list, |index: u32| surfaces.tree(index));
+        let met = &met.list;
+        for Met { trees, leaves, .. } in met.iter().filter(|met| met.thick.is_none()) {
+            trees.iter().zip(leaves).for_each(|(tree, leaf)| surfaces.tree_mut(*tree).mark(*leaf));
+        }
+        for tree in surfaces.cloths.iter_mut().chain(&mut surfaces.bodies) {
+            tree.refit_marked(bounds, pool);
+        }
+        let (Surfaces { thick, skins, owners, .. }, tree) = (&*surfaces, |index: u32| surfaces.tree(index));
         let count = met.len().div_ceil(PART);
         if parts.len() < count {
-            parts.resize_with(count, Part::default);
+            parts.resize_with(count, Vec::new);
         }
         let asked = (!for_rows).then_some(&**asked);
-        for_each_part(&mut parts[..count], met.len() * PART, pool, |index, Part { pairs, triangles, edges }| {
+        for_each_part(&mut parts[..count], met.len() * PART, pool, |index, pairs| {
             pairs.clear();
-            let fours = [Kind::PointTriangle, Kind::EdgeEdge].map(Four::new);
+            let batches = [Kind::PointTriangle, Kind::EdgeEdge].map(Batch::new);
             let rules = Rules { owners: None, margin: 0.0, of_near_part: None, asks: None };
-            let mut found = Found { ways, rules, bounds, asked, fours, pairs, settled: 0 };
+            let mut found = Found { ways, rules, bounds, asked, batches, pairs, settled: 0 };
             let rules = |owners: [Owner; 2]| Rules::of(surfaces, owners, margin, for_rows);
             for &Met { trees, leaves: [one, two], thick: number } in met[index * PART..].iter().take(PART) {
                 let [a, b] = trees.map(tree);
                 let leaves = [&a.leaves[one as usize], &b.leaves[two as usize]];
-                let is_own = number.is_none() && trees[0] == trees[1];
-                if is_own && monotone[trees[0] as usize].spares(leaves[0], leaves[1]) {
-                    continue;
-                }
                 let owner = |tree: &Tree| owners[tree.vertices[0] as usize];
                 if let Some(number) = number {
                     let thick = &thick[number as usize];
@@ -211,42 +198,15 @@ impl Detection {
                     continue;
                 }
                 found.follow([owner(a), owner(b)], rules);
-                if is_own && one == two {
-                    found.within(a, leaves[0], triangles, &mut edges[0]);
+                if trees[0] == trees[1] && one == two {
+                    found.within(a, leaves[0]);
                 } else {
-                    found.between([a, b], leaves, triangles, edges);
+                    found.between([a, b], leaves);
                 }
             }
             found.look_at_all();
         });
-        parts[..count].iter().for_each(|part| pairs.extend(&part.pairs));
-    }
-}
-
-impl<const N: usize> Boxes<N> {
-    /// Takes features; those alone that meet another box, if it is given. `vertices` has the boxes of these.
-    fn take(&mut self, features: &[[u32; N]], vertices: &[Bounds], other: Option<&Bounds>) {
-        self.corners.clear();
-        self.bounds.clear();
-        for corners in features {
-            let bounds = corners.iter().fold(Bounds::NOTHING, |all, corner| all.and(vertices[*corner as usize]));
-            if other.is_none_or(|other| bounds.meets(other)) {
-                self.corners.push(*corners);
-                self.bounds.push(bounds);
-            }
-        }
-    }
-
-    /// The corners of those from the first one on that meet a box. Half of them do, so that to branch would be slow.
-    fn meet(&mut self, other: &Bounds, first: usize) -> impl Iterator<Item = [u32; N]> {
-        let Self { corners, bounds, met } = self;
-        met.resize(bounds.len(), 0);
-        let mut count = 0;
-        for (index, bounds) in (0..).zip(&*bounds).skip(first) {
-            met[count] = index;
-            count += usize::from(bounds.meets(other));
-        }
-        met[..count].iter().map(|&index| corners[index as usize])
+        parts[..count].iter().for_each(|part| pairs.extend(part));
     }
 }
 
@@ -258,7 +218,7 @@ struct Found<'a> {
     /// The vertices that are asked about, if it is not all.
     asked: Option<&'a [bool]>,
     /// Pairs that have not been looked at yet, by their kind.
-    fours: [Four; 2],
+    batches: [Batch; 2],
     pairs: &'a mut Vec<Candidate>,
     /// Of so many of the pairs it is known whether they may ask for a row.
     settled: usize,
@@ -291,32 +251,40 @@ impl Rules {
 
 impl Found<'_> {
     /// A leaf with itself.
-    fn within(&mut self, tree: &Tree, leaf: &Leaf, triangles: &mut Boxes<3>, edges: &mut Boxes<2>) {
-        triangles.take(&tree.triangles[range(leaf.triangles)], self.bounds, None);
+    fn within(&mut self, tree: &Tree, leaf: &Leaf) {
+        let [triangles, edges, _] = tree.fours(leaf);
+        let own = &tree.triangles[range(leaf.triangles)];
         for &vertex in &tree.vertices[range(leaf.vertices)] {
-            self.points_and_triangles(vertex, triangles);
+            self.point_and_triangles(vertex, own, triangles, u32::MAX);
         }
-        edges.take(&tree.edges[range(leaf.edges)], self.bounds, None);
-        for index in 0..edges.corners.len() {
-            self.two_edges(edges.corners[index], edges.bounds[index], edges, index + 1);
+        let own = &tree.edges[range(leaf.edges)];
+        for (edge, number) in own.iter().zip(1..) {
+            self.two_edges(*edge, own, edges, u32::MAX.unbounded_shl(number));
         }
     }
 
-    /// Two leaves of two trees, or of one.
-    fn between(&mut self, trees: [&Tree; 2], leaves: [&Leaf; 2], triangles: &mut Boxes<3>, edges: &mut [Boxes<2>; 2]) {
-        let boxes = [0, 1].map(|side| trees[side].bounds_of(leaves[side]));
+    /// Two leaves of two trees, or of one. Of each of them those features count that meet the box of the other one.
+    fn between(&mut self, trees: [&Tree; 2], leaves: [&Leaf; 2]) {
+        let boxes = [0, 1].map(|side| Four::same(&trees[side].bounds_of(leaves[side])));
+        let fours = [0, 1].map(|side| trees[side].fours(leaves[side]));
+        let near = |side: usize, list: usize| meeting(fours[side][list], &boxes[1 - side], u32::MAX);
         for [this, that] in [[0, 1], [1, 0]] {
-            triangles.take(&trees[that].triangles[range(leaves[that].triangles)], self.bounds, Some(&boxes[this]));
-            for &vertex in &trees[this].vertices[range(leaves[this].vertices)] {
-                if self.bounds[vertex as usize].meets(&boxes[that]) {
-                    self.points_and_triangles(vertex, triangles);
-                }
+            let near_triangles = near(that, 0);
+            if near_triangles == 0 {
+                continue;
             }
-            edges[this].take(&trees[this].edges[range(leaves[this].edges)], self.bounds, Some(&boxes[that]));
+            let vertices = &trees[this].vertices[range(leaves[this].vertices)];
+            let triangles = &trees[that].triangles[range(leaves[that].triangles)];
+            for number in numbers(near(this, 2)) {
+                self.point_and_triangles(vertices[number as usize], triangles, fours[that][0], near_triangles);
+            }
         }
-        let [one, other] = edges;
-        for (corners, bounds) in one.corners.iter().zip(&one.bounds) {
-            self.two_edges(*corners, *bounds, other, 0);
+        let near_edges = near(1, 1);
+        if near_edges != 0 {
+            let [ones, others] = [0, 1].map(|side| &trees[side].edges[range(leaves[side].edges)]);
+            for number in numbers(near(0, 1)) {
+                self.two_edges(ones[number as usize], others, fours[1][1], near_edges);
+            }
         }
     }
 
@@ -342,17 +310,22 @@ impl Found<'_> {
         }
     }
 
-    fn points_and_triangles(&mut self, vertex: u32, triangles: &mut Boxes<3>) {
-        for [a, b, c] in triangles.meet(&self.bounds[vertex as usize], 0) {
+    /// A vertex and those of some triangles that count.
+    fn point_and_triangles(&mut self, vertex: u32, triangles: &[[u32; 3]], fours: &[Four], among: u32) {
+        let around = Four::same(&self.bounds[vertex as usize]);
+        for number in numbers(meeting(fours, &around, among)) {
+            let [a, b, c] = triangles[number as usize];
             if ![a, b, c].contains(&vertex) {
                 self.add(Kind::PointTriangle, [vertex, a, b, c]);
             }
         }
     }
 
-    /// An edge and the others, of those from the first one on.
-    fn two_edges(&mut self, [p, q]: [u32; 2], bounds: Bounds, others: &mut Boxes<2>, first: usize) {
-        for [r, s] in others.meet(&bounds, first) {
+    /// An edge and those of others that count.
+    fn two_edges(&mut self, [p, q]: [u32; 2], others: &[[u32; 2]], fours: &[Four], among: u32) {
+        let around = Four::same(&self.bounds[p as usize].and(self.bounds[q as usize]));
+        for number in numbers(meeting(fours, &around, among)) {
+            let [r, s] = others[number as usize];
             if p != r && p != s && q != r && q != s {
                 self.add(Kind::EdgeEdge, [p, q, r, s]);
             }
@@ -363,7 +336,7 @@ impl Found<'_> {
         if self.asked.is_some_and(|asked| !is_asked(asked, &Pair { kind, corners })) {
             return;
         }
-        if self.fours[kind as usize].put(corners) {
+        if self.batches[kind as usize].put(corners) {
             self.look(kind);
         }
     }
@@ -389,25 +362,31 @@ impl Found<'_> {
 
     /// Keeps those of the pairs of a kind that wait which are near enough.
     fn look(&mut self, kind: Kind) {
-        let Self { ways, rules: Rules { margin, of_near_part, .. }, fours, pairs, .. } = self;
-        let near = fours[kind as usize].take(ways, *of_near_part).filter(|(_, gap)| f64::from(*gap) < *margin);
-        pairs.extend(near.map(|(pair, gap)| Candidate { pair, gap, may_ask: false }));
+        let Self { ways, rules: Rules { margin, of_near_part, .. }, batches, pairs, .. } = self;
+        // About half are near enough, so that to branch would be slow.
+        let (batch, mut kept) = (&mut batches[kind as usize], pairs.len());
+        pairs.resize(kept + batch.count(), Candidate { pair: Pair { kind, corners: [0; 4] }, gap: 0.0, may_ask: false });
+        for (pair, gap) in batch.take(ways, *of_near_part) {
+            pairs[kept] = Candidate { pair, gap, may_ask: false };
+            kept += usize::from(f64::from(gap) < *margin);
+        }
+        pairs.truncate(kept);
     }
 
     /// Finds out which of those of a kind that are not known yet may ask for rows.
     fn ask(&mut self, kind: Kind, asks: Asks) {
         let Self { ways, pairs, settled, .. } = self;
-        let (mut four, mut waiting) = (Four::new(kind), [0; LANES]);
+        let (mut batch, mut waiting) = (Batch::new(kind), [0; BATCH]);
         for index in *settled..pairs.len() {
             let Candidate { pair, gap, .. } = pairs[index];
             if pair.kind == kind && gap < asks.within {
-                waiting[four.count()] = index;
-                if four.put(pair.corners) {
-                    four.may_ask(ways, asks).zip(waiting).for_each(|(may_ask, index)| pairs[index].may_ask = may_ask);
+                waiting[batch.count()] = index;
+                if batch.put(pair.corners) {
+                    batch.may_ask(ways, asks).zip(waiting).for_each(|(may_ask, index)| pairs[index].may_ask = may_ask);
                 }
             }
         }
-        four.may_ask(ways, asks).zip(waiting).for_each(|(may_ask, index)| pairs[index].may_ask = may_ask);
+        batch.may_ask(ways, asks).zip(waiting).for_each(|(may_ask, index)| pairs[index].may_ask = may_ask);
     }
 }
 

@@ -1,8 +1,8 @@
-//! Leaves of trees that meet in a step, found on all threads.
+//! Leaves of trees that meet in a step, found on all threads; but for those of cloth that is so flat that it cannot touch itself.
 
+use super::bounds::Bounds;
 use super::detect::around;
 use super::surfaces::Surfaces;
-use super::tree::Bounds;
 use crate::geometry::{Pool, for_each_part};
 
 /// Pairs of nodes of two trees, or of one, that threads share.
@@ -38,7 +38,7 @@ impl Meetings {
     /// Finds them, with boxes that are fitted; `bounds` are those of vertices, and `asked` tells which of these are asked about.
     pub fn find(&mut self, surfaces: &Surfaces, bounds: &[Bounds], asked: &[bool], pool: &Pool) {
         let Self { list, roots, fronts } = self;
-        let Surfaces { cloths, bodies, thick, skins, among_cloths, .. } = surfaces;
+        let Surfaces { cloths, bodies, monotone, thick, skins, among_cloths, .. } = surfaces;
         let other_of = |[one, other]: [u32; 2]| (other > one).then(|| surfaces.tree(other));
         let (mut used, mut leaves) = (0, 0);
         for index in 0..cloths.len() {
@@ -59,8 +59,11 @@ impl Meetings {
         for_each_part(&mut fronts[..used], leaves, pool, |_, Front { trees, root, stack, met }| {
             met.clear();
             stack.push(*root);
+            let is_own = trees[0] == trees[1];
             cloths[trees[0] as usize].meet_from(other_of(*trees), stack, |one, two| {
-                met.push(Met { trees: *trees, leaves: [one.index, two.index], thick: None });
+                if !(is_own && monotone[trees[0] as usize].spares(one, two)) {
+                    met.push(Met { trees: *trees, leaves: [one.index, two.index], thick: None });
+                }
             });
         });
         list.clear();

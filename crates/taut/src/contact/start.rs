@@ -9,11 +9,12 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::bounds::Bounds;
 use super::fill;
 use super::pierce::{above, pierces};
 use super::proximity::{Closest, Kind};
 use super::surfaces::tree_of;
-use super::tree::{Bounds, Leaf, Tree};
+use super::tree::{Leaf, Tree};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Body, BodyShape, ClothRange, Model};
 

@@ -174,6 +174,14 @@ impl Surfaces {
         }
     }
 
+    /// The same, to be changed.
+    pub fn tree_mut(&mut self, owner: Owner) -> &mut Tree {
+        match (owner as usize).checked_sub(self.cloths.len()) {
+            None => &mut self.cloths[owner as usize],
+            Some(body) => &mut self.bodies[body],
+        }
+    }
+
     /// Whose the two features of a pair are.
     pub fn owners_of(&self, Pair { kind, corners }: Pair) -> [Owner; 2] {
         [corners[0], corners[kind.split()]].map(|corner| self.owners[corner as usize])

@@ -3,50 +3,13 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 
-use crate::geometry::{Pool, for_each_chunk};
+use super::bounds::{Bounds, Four, LANES};
+use crate::geometry::{Pool, for_each_chunk, for_each_of_both};
 
 /// Triangles, or links of a network, in a leaf, at most.
 const LEAF: usize = 8;
-
-/// A box at the start of a step and one at its end.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Bounds {
-    pub low: [Vec3A; 2],
-    pub high: [Vec3A; 2],
-}
-
-impl Bounds {
-    pub const NOTHING: Self = Self { low: [Vec3A::INFINITY; 2], high: [Vec3A::NEG_INFINITY; 2] };
-
-    /// Cubes around places at the start and at the end [m]; `half` is half of their sides.
-    pub fn around(places: [Vec3A; 2], half: [f32; 2]) -> Self {
-        let half = half.map(Vec3A::splat);
-        Self { low: [places[0] - half[0], places[1] - half[1]], high: [places[0] + half[0], places[1] + half[1]] }
-    }
-
-    pub fn and(self, other: Self) -> Self {
-        Self {
-            low: [self.low[0].min(other.low[0]), self.low[1].min(other.low[1])],
-            high: [self.high[0].max(other.high[0]), self.high[1].max(other.high[1])],
-        }
-    }
-
-    /// Wider by so much on all sides [m].
-    pub fn grown(self, by: f32) -> Self {
-        let by = Vec3A::splat(by);
-        Self { low: self.low.map(|low| low - by), high: self.high.map(|high| high + by) }
-    }
-
-    /// Whether what is in one may meet what is in the other on straight ways. Places that are apart along an axis, the same one before
-    /// the other at the start and at the end, are so on all of the way.
-    #[inline]
-    pub fn meets(&self, other: &Self) -> bool {
-        let before = |one: &Self, other: &Self| one.high[0].cmplt(other.low[0]) & one.high[1].cmplt(other.low[1]);
-        !(before(self, other) | before(other, self)).any()
-    }
-}
 
 /// A node: an inner one with two children, the first right after it, or a leaf.
 #[derive(Debug, Clone)]
@@ -82,6 +45,8 @@ pub(crate) struct Leaf {
     pub vertices: [u32; 2],
     /// All of its vertices, among the corners of the tree.
     corners: [u32; 2],
+    /// Where the boxes of its triangles, edges and vertices begin among those of a leaf, in fours, and where they end.
+    fours: [u32; 4],
 }
 
 /// The triangles, edges and vertices of a surface in the order of the leaves, and the tree over them. A network has no triangles: its
@@ -98,6 +63,10 @@ pub(crate) struct Tree {
     nodes: Vec<Node>,
     /// Workspace: the box of each leaf, and whether one of its vertices is asked about.
     fits: Vec<(Bounds, bool)>,
+    /// The boxes of the features of each leaf that is marked, so many fours for each.
+    marks: Vec<bool>,
+    fours: Vec<Four>,
+    fours_each: usize,
 }
 
 impl Tree {
@@ -129,6 +98,9 @@ impl Tree {
             leaves: Vec::new(),
             nodes: Vec::new(),
             fits: Vec::new(),
+            marks: Vec::new(),
+            fours: Vec::new(),
+            fours_each: 0,
         };
         if !order.is_empty() {
             Splitter { edges_of, keep, edges: BTreeSet::new(), vertices: BTreeSet::new() }.split(&mut tree, &mut order);
@@ -136,6 +108,9 @@ impl Tree {
         tree.triangle_bounds = vec![Bounds::NOTHING; tree.triangles.len()];
         tree.edge_bounds = vec![Bounds::NOTHING; tree.edges.len()];
         tree.fits = vec![(Bounds::NOTHING, false); tree.leaves.len()];
+        tree.marks = vec![false; tree.leaves.len()];
+        tree.fours_each = tree.leaves.iter().map(|leaf| leaf.fours[3] as usize).max().unwrap_or_default();
+        tree.fours = vec![Four::NOTHING; tree.fours_each * tree.leaves.len()];
         tree
     }
 
@@ -219,6 +194,36 @@ impl Tree {
             };
         }
         self.fits = fits;
+    }
+
+    /// Marks a leaf.
+    pub fn mark(&mut self, leaf: u32) {
+        self.marks[leaf as usize] = true;
+    }
+
+    /// Fits the boxes of the features of the leaves that are marked, and marks none.
+    pub fn refit_marked(&mut self, vertices: &[Bounds], pool: &Pool) {
+        let (mut marks, mut fours) = (std::mem::take(&mut self.marks), std::mem::take(&mut self.fours));
+        for_each_of_both(&mut marks, &mut fours, self.fours_each, pool, |first, marks, fours| {
+            let leaves = marks.iter_mut().zip(fours.chunks_mut(self.fours_each)).zip(&self.leaves[first..]);
+            for ((mark, fours), leaf) in leaves.filter(|((mark, _), _)| **mark) {
+                *mark = false;
+                let [triangles, edges, own] = [leaf.triangles, leaf.edges, leaf.vertices].map(range);
+                let [_, first_edge, first_vertex, end] = leaf.fours.map(|four| four as usize);
+                let (of_triangles, others) = fours[..end].split_at_mut(first_edge);
+                let (of_edges, of_vertices) = others.split_at_mut(first_vertex - first_edge);
+                fill(of_triangles, triangles.map(|triangle| self.around_triangle(triangle, vertices)));
+                fill(of_edges, edges.map(|edge| self.around_edge(edge, vertices)));
+                fill(of_vertices, self.vertices[own].iter().map(|&vertex| vertices[vertex as usize]));
+            }
+        });
+        (self.marks, self.fours) = (marks, fours);
+    }
+
+    /// The boxes of the triangles, edges and vertices of a leaf that was marked.
+    pub fn fours(&self, leaf: &Leaf) -> [&[Four]; 3] {
+        let fours = &self.fours[leaf.index as usize * self.fours_each..];
+        [0, 1, 2].map(|list| &fours[range([leaf.fours[list], leaf.fours[list + 1]])])
     }
 
     /// Calls `visit` with the leaves of this tree and another that meet.
@@ -330,7 +335,11 @@ impl<const N: usize, const E: usize> Splitter<N, E> {
             let to = [tree.triangles.len(), tree.edges.len(), tree.vertices.len(), tree.corners.len()];
             let run = |list: usize| [from[list] as u32, to[list] as u32];
             let (node, [triangles, edges, vertices, corners]) = (index as u32, [0, 1, 2, 3].map(run));
-            tree.leaves.push(Leaf { index: leaf, node, triangles, edges, vertices, corners });
+            let mut fours = [0; 4];
+            for list in 0..3 {
+                fours[list + 1] = fours[list] + (to[list] - from[list]).div_ceil(LANES) as u32;
+            }
+            tree.leaves.push(Leaf { index: leaf, node, triangles, edges, vertices, corners, fours });
             return;
         }
         let places = || features.iter().map(|feature| feature.1);
@@ -394,4 +403,13 @@ mod tests {
             }
         }
     }
+}
+
+/// Writes boxes.
+fn fill(fours: &mut [Four], mut boxes: impl Iterator<Item = Bounds>) {
+    fours.iter_mut().for_each(|four| *four = Four::new(boxes.by_ref().take(LANES)));
+}
+
+fn range([from, to]: [u32; 2]) -> Range<usize> {
+    from as usize..to as usize
 }

@@ -3,10 +3,10 @@
 use glam::{BVec4A, Vec4};
 
 use super::Places;
+use super::bounds::Bounds;
 use super::detect::Pair;
 use super::proximity::Kind;
-use super::tree::Bounds;
-use crate::geometry::{Pool, by_axis, for_each_two_chunks, roots};
+use crate::geometry::{Pool, arch, by_axis, for_each_two_chunks, roots};
 
 /// Boxes are wider by this part of the largest coordinate: places are rounded to single precision.
 const ROUNDING: f32 = 2.0 * f32::EPSILON;
@@ -16,8 +16,10 @@ const OF_PLACES: f32 = 4.0 * f32::EPSILON;
 const OF_DIFFERENCES: f32 = 24.0 * f32::EPSILON;
 /// Lines that are no longer than this say nothing: their squares are too small for numbers [m].
 const SHORTEST: f32 = 1e-18;
-/// So many pairs are looked at together.
-pub(super) const LANES: usize = 4;
+/// So many pairs fit into the registers of a look.
+const LANES: usize = 4;
+/// So many are looked at in a row: each look takes long to end, and several of them go on at once where nothing is decided in between.
+pub(super) const BATCH: usize = 16 * LANES;
 
 /// Where vertices start and end [m].
 #[derive(Debug, Default)]
@@ -25,11 +27,11 @@ pub(crate) struct Ways {
     list: Vec<[Vec4; 2]>,
 }
 
-/// Four pairs of a kind.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Four {
+/// Pairs of a kind that wait to be looked at.
+#[derive(Debug, Clone)]
+pub(crate) struct Batch {
     kind: Kind,
-    corners: [[u32; 4]; LANES],
+    corners: [[u32; 4]; BATCH],
     count: usize,
 }
 
@@ -49,9 +51,9 @@ struct Seen {
     furthest: Vec4,
 }
 
-impl Four {
+impl Batch {
     pub fn new(kind: Kind) -> Self {
-        Self { kind, corners: [[0; 4]; LANES], count: 0 }
+        Self { kind, corners: [[0; 4]; BATCH], count: 0 }
     }
 
     /// How many there are.
@@ -59,34 +61,49 @@ impl Four {
         self.count
     }
 
-    /// Takes one more. Returns whether that makes four.
+    /// Takes one more. Returns whether no other one fits in.
+    #[inline(always)]
     pub fn put(&mut self, corners: [u32; 4]) -> bool {
         self.corners[self.count] = corners;
         self.count += 1;
-        self.count == LANES
+        self.count == BATCH
     }
 
     /// Gives them back and goes on with none. Tells of each how far its features are apart at least [m]; where only that much of a first edge
     /// counts, as a capsule is long, whether they come as near as `of_near_part`.
-    #[inline(always)]
-    pub fn take(&mut self, ways: &Ways, of_near_part: Option<f32>) -> impl Iterator<Item = (Pair, f32)> + use<> {
-        let gaps = if self.count > 0 { ways.see(self.filled()).gaps(self.kind, of_near_part).to_array() } else { [0.0; LANES] };
-        let (kind, corners) = (self.kind, self.corners);
-        (0..std::mem::take(&mut self.count)).map(move |lane| (Pair { kind, corners: corners[lane] }, gaps[lane]))
+    pub fn take(&mut self, ways: &Ways, of_near_part: Option<f32>) -> impl Iterator<Item = (Pair, f32)> + use<'_> {
+        let mut gaps = [0.0; BATCH];
+        let kind = self.kind;
+        self.look(ways, &mut gaps, |seen| seen.gaps(kind, of_near_part).to_array());
+        let corners = &self.corners[..std::mem::take(&mut self.count)];
+        corners.iter().zip(gaps).map(move |(&corners, gap)| (Pair { kind, corners }, gap))
     }
 
     /// Goes on with none. Tells of each that there was whether it may ask for a row.
-    #[inline(always)]
     pub fn may_ask(&mut self, ways: &Ways, asks: Asks) -> impl Iterator<Item = bool> + use<> {
-        let none = if self.count > 0 { ways.see(self.filled()).ask_for_none(self.kind, asks).bitmask() } else { 0 };
-        (0..std::mem::take(&mut self.count)).map(move |lane| none >> lane & 1 == 0)
+        let mut may_ask = [false; BATCH];
+        let kind = self.kind;
+        self.look(ways, &mut may_ask, |seen| {
+            let none = seen.ask_for_none(kind, asks).bitmask();
+            [0, 1, 2, 3].map(|lane| none >> lane & 1 == 0)
+        });
+        may_ask.into_iter().take(std::mem::take(&mut self.count))
     }
 
-    /// The corners, with the first pair in the lanes that are left.
-    fn filled(&mut self) -> &[[u32; 4]; LANES] {
-        let first = self.corners[0];
-        self.corners[self.count..].fill(first);
-        &self.corners
+    /// Writes what `tell` says of each four pairs. The first pair is in the lanes that are left.
+    #[inline(always)]
+    fn look<T>(&mut self, ways: &Ways, told: &mut [T; BATCH], tell: impl Fn(&Seen) -> [T; LANES]) {
+        let Self { corners, count, .. } = self;
+        let fours = count.div_ceil(LANES);
+        let first = corners[0];
+        corners[*count..fours * LANES].fill(first);
+        arch().dispatch(
+            #[inline(always)]
+            || {
+                let all = corners.as_chunks().0.iter().zip(told.as_chunks_mut().0).take(fours);
+                all.for_each(|(corners, told)| *told = tell(&ways.see(corners)));
+            },
+        );
     }
 }
 
@@ -263,20 +280,22 @@ mod tests {
     use crate::contact::proximity::Closest;
 
     /// What is told of the pair of all four places.
-    fn looked_at<T>(kind: Kind, places: &Places, tell: impl FnOnce(&mut Four, &Ways) -> T) -> T {
+    fn looked_at<T>(kind: Kind, places: &Places, tell: impl FnOnce(&mut Batch, &Ways) -> T) -> T {
         let mut list = Ways::new(4);
         list.take(places, |_| 0.0, &mut [Bounds::NOTHING; 4], &Pool::new(1));
-        let mut four = Four::new(kind);
-        four.put([0, 1, 2, 3]);
-        tell(&mut four, &list)
+        let mut batch = Batch::new(kind);
+        batch.put([0, 1, 2, 3]);
+        tell(&mut batch, &list)
     }
 
     /// A first look at that pair.
     fn gap(kind: Kind, places: &Places, of_near_part: Option<f32>) -> (Pair, f32) {
-        let mut found = looked_at(kind, places, |four, ways| four.take(ways, of_near_part));
-        let first = found.next().expect("what was put");
-        assert!(found.next().is_none(), "one was put");
-        first
+        looked_at(kind, places, |batch, ways| {
+            let mut found = batch.take(ways, of_near_part);
+            let first = found.next().expect("what was put");
+            assert!(found.next().is_none(), "one was put");
+            first
+        })
     }
 
     /// How near features come at some times of their way [m].

@@ -13,10 +13,10 @@ mod sides;
 
 use glam::DVec3;
 
+use super::bounds::Bounds;
 use super::detect::{Candidate, Pair};
 use super::start::{around, is_closed};
 use super::surfaces::{Owner, Surfaces};
-use super::tree::Bounds;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
 use out::{Solid, Way};
