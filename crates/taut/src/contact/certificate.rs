@@ -5,11 +5,11 @@
 
 use glam::DVec3;
 
+use super::batch::Batch;
 use super::crossing::Motion;
 use super::detect::{Detection, Pair};
 use super::proximity::{Closest, Kind};
 use super::surfaces::Surfaces;
-use super::ways::Batch;
 use super::{FLOOR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 

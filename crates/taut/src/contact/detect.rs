@@ -1,15 +1,18 @@
 //! Pairs of features whose ways in a step come near.
 
 use glam::DVec3;
+use pulp::{Simd, WithSimd};
 
+use super::batch::{BATCH, Batch};
 use super::bounds::{Bounds, Four, meeting, numbers};
 use super::met::{Meetings, Met};
 use super::proximity::Kind;
+use super::rows::square_stood_for;
 use super::surfaces::{Owner, Surfaces, Thick};
 use super::tree::{Leaf, Tree};
-use super::ways::{Asks, BATCH, Batch, Ways};
+use super::ways::{Asks, Ways};
 use super::{FLOOR, MARGIN, Places};
-use crate::geometry::{Pool, for_each_part};
+use crate::geometry::{Pool, arch, for_each_part};
 
 /// Two features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -175,7 +178,7 @@ impl Detection {
         for tree in surfaces.cloths.iter_mut().chain(&mut surfaces.bodies) {
             tree.refit_marked(bounds, pool);
         }
-        let (Surfaces { thick, skins, owners, .. }, tree) = (&*surfaces, |index: u32| surfaces.tree(index));
+        let surfaces = &*surfaces;
         let count = met.len().div_ceil(PART);
         if parts.len() < count {
             parts.resize_with(count, Vec::new);
@@ -184,34 +187,37 @@ impl Detection {
         for_each_part(&mut parts[..count], met.len() * PART, pool, |index, pairs| {
             pairs.clear();
             let batches = [Kind::PointTriangle, Kind::EdgeEdge].map(Batch::new);
-            let rules = Rules { owners: None, margin: 0.0, of_near_part: None, asks: None };
-            let mut found = Found { ways, rules, bounds, asked, batches, pairs, settled: 0 };
-            let rules = |owners: [Owner; 2]| Rules::of(surfaces, owners, margin, for_rows);
-            for &Met { trees, leaves: [one, two], thick: number } in met[index * PART..].iter().take(PART) {
-                let [a, b] = trees.map(tree);
-                let leaves = [&a.leaves[one as usize], &b.leaves[two as usize]];
-                let owner = |tree: &Tree| owners[tree.vertices[0] as usize];
-                if let Some(number) = number {
-                    let thick = &thick[number as usize];
-                    found.follow([owner(a), thick.owner], rules);
-                    found.beside(a, leaves[0], thick, skins[thick.owner as usize].radius);
-                    continue;
-                }
-                found.follow([owner(a), owner(b)], rules);
-                if trees[0] == trees[1] && one == two {
-                    found.within(a, leaves[0]);
-                } else {
-                    found.between([a, b], leaves);
-                }
-            }
+            let rules = Rules { owners: None, margin: 0.0, of_near_part: None, asks: None, stood_for: None };
+            let mut found =
+                Found { surfaces, thicknesses: margin, for_rows, ways, rules, bounds, asked, batches, pairs, settled: 0 };
+            arch().dispatch(Search { found: &mut found, met: met[index * PART..].chunks(PART).next().unwrap_or_default() });
             found.look_at_all();
         });
         parts[..count].iter().for_each(|part| pairs.extend(part));
     }
 }
 
-/// The pairs that are found, and what they are looked for with.
+/// Looks at pairs of leaves.
+struct Search<'a, 'b> {
+    found: &'b mut Found<'a>,
+    met: &'b [Met],
+}
+
+impl WithSimd for Search<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.met.iter().for_each(|met| self.found.features_of(met));
+    }
+}
+
+/// The pairs that are found, and what they are looked for with: how many thicknesses apart they may be, and whether any of them may ask
+/// for a row.
 struct Found<'a> {
+    surfaces: &'a Surfaces,
+    thicknesses: f64,
+    for_rows: bool,
     ways: &'a Ways,
     rules: Rules,
     bounds: &'a [Bounds],
@@ -230,8 +236,9 @@ struct Rules {
     /// Pairs that are as far apart count no more, radii included [m]; the same, no less, where one of both is thick.
     margin: f64,
     of_near_part: Option<f32>,
-    /// What they ask of rows, by their kind, if any may.
+    /// What they ask of rows, by their kind, if any may. Beside something thick, vertices stand for what has no longer sides [m].
     asks: Option<[Asks; 2]>,
+    stood_for: Option<f32>,
 }
 
 impl Rules {
@@ -244,13 +251,36 @@ impl Rules {
         };
         let asks = for_rows.then(|| [Kind::PointTriangle, Kind::EdgeEdge].map(asks));
         let margin = margin * thickness + radius;
+        let has_vertices = radius > 0.0 && owners.iter().any(|&owner| surfaces.skins[owner as usize].is_surface);
+        let stood_for = has_vertices.then(|| square_stood_for(radius, thickness).sqrt() as f32);
         let of_near_part = (radius > 0.0).then_some((margin * (1.0 + f64::from(f32::EPSILON))) as f32);
-        Self { owners: Some(owners), margin, of_near_part, asks }
+        Self { owners: Some(owners), margin, of_near_part, asks, stood_for }
     }
 }
 
 impl Found<'_> {
+    /// The features of two leaves, or of one and something thick.
+    #[inline(always)]
+    fn features_of(&mut self, &Met { trees, leaves: [one, two], thick }: &Met) {
+        let [a, b] = trees.map(|index| self.surfaces.tree(index));
+        let leaves = [&a.leaves[one as usize], &b.leaves[two as usize]];
+        let owner = |tree: &Tree| self.surfaces.owners[tree.vertices[0] as usize];
+        if let Some(number) = thick {
+            let thick = &self.surfaces.thick[number as usize];
+            self.follow([owner(a), thick.owner]);
+            self.beside(a, leaves[0], thick, self.surfaces.skins[thick.owner as usize].radius);
+            return;
+        }
+        self.follow([owner(a), owner(b)]);
+        if trees[0] == trees[1] && one == two {
+            self.within(a, leaves[0]);
+        } else {
+            self.between([a, b], leaves);
+        }
+    }
+
     /// A leaf with itself.
+    #[inline(always)]
     fn within(&mut self, tree: &Tree, leaf: &Leaf) {
         let [triangles, edges, _] = tree.fours(leaf);
         let own = &tree.triangles[range(leaf.triangles)];
@@ -264,6 +294,7 @@ impl Found<'_> {
     }
 
     /// Two leaves of two trees, or of one. Of each of them those features count that meet the box of the other one.
+    #[inline(always)]
     fn between(&mut self, trees: [&Tree; 2], leaves: [&Leaf; 2]) {
         let boxes = [0, 1].map(|side| Four::same(&trees[side].bounds_of(leaves[side])));
         let fours = [0, 1].map(|side| trees[side].fours(leaves[side]));
@@ -311,6 +342,7 @@ impl Found<'_> {
     }
 
     /// A vertex and those of some triangles that count.
+    #[inline(always)]
     fn point_and_triangles(&mut self, vertex: u32, triangles: &[[u32; 3]], fours: &[Four], among: u32) {
         let around = Four::same(&self.bounds[vertex as usize]);
         for number in numbers(meeting(fours, &around, among)) {
@@ -322,6 +354,7 @@ impl Found<'_> {
     }
 
     /// An edge and those of others that count.
+    #[inline(always)]
     fn two_edges(&mut self, [p, q]: [u32; 2], others: &[[u32; 2]], fours: &[Four], among: u32) {
         let around = Four::same(&self.bounds[p as usize].and(self.bounds[q as usize]));
         for number in numbers(meeting(fours, &around, among)) {
@@ -332,6 +365,7 @@ impl Found<'_> {
         }
     }
 
+    #[inline(always)]
     fn add(&mut self, kind: Kind, corners: [u32; 4]) {
         if self.asked.is_some_and(|asked| !is_asked(asked, &Pair { kind, corners })) {
             return;
@@ -342,10 +376,10 @@ impl Found<'_> {
     }
 
     /// Goes on with pairs of two owners, to which other `rules` may apply.
-    fn follow(&mut self, owners: [Owner; 2], rules: impl Fn([Owner; 2]) -> Rules) {
+    fn follow(&mut self, owners: [Owner; 2]) {
         if self.rules.owners != Some(owners) {
             self.look_at_all();
-            self.rules = rules(owners);
+            self.rules = Rules::of(self.surfaces, owners, self.thicknesses, self.for_rows);
         }
     }
 
@@ -375,11 +409,12 @@ impl Found<'_> {
 
     /// Finds out which of those of a kind that are not known yet may ask for rows.
     fn ask(&mut self, kind: Kind, asks: Asks) {
-        let Self { ways, pairs, settled, .. } = self;
+        let Self { ways, rules: Rules { stood_for, .. }, pairs, settled, .. } = self;
         let (mut batch, mut waiting) = (Batch::new(kind), [0; BATCH]);
         for index in *settled..pairs.len() {
             let Candidate { pair, gap, .. } = pairs[index];
-            if pair.kind == kind && gap < asks.within {
+            let is_stood_for = || stood_for.is_some_and(|longest| ways.are_within(&pair.corners[kind.split()..], longest));
+            if pair.kind == kind && gap < asks.within && !is_stood_for() {
                 waiting[batch.count()] = index;
                 if batch.put(pair.corners) {
                     batch.may_ask(ways, asks).zip(waiting).for_each(|(may_ask, index)| pairs[index].may_ask = may_ask);

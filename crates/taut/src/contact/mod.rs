@@ -7,6 +7,7 @@
 //! in (rows.rs); what a step ends with is certified to be free of crossings on all of its way (certificate.rs). What intersects at the
 //! start is told (start.rs), and brought apart in the first steps (untangle/).
 
+mod batch;
 mod bounds;
 mod certificate;
 mod charts;

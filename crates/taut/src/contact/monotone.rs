@@ -10,7 +10,7 @@ use glam::{BVec4A, DVec3, Vec3, Vec3A, Vec4, Vec4Swizzles};
 use super::Places;
 use super::charts::{Chart, Charts, Facet};
 use super::tree::{Leaf, Tree};
-use crate::geometry::{Pool, arch, for_each_chunk, for_each_part};
+use crate::geometry::{Pool, for_each_chunk, for_each_part};
 
 /// The least derivative along any line of a chart that is monotone [1].
 const LEAST: f32 = 0.2;
@@ -156,15 +156,10 @@ fn find(scales: &mut [Scale], pool: &Pool, holds: impl Fn(&Charts, &Chart, &mut 
         let Scale { charts, within, parts } = &mut scale[0];
         let is_within = |chart: usize| within[chart].is_some_and(|chart| larger[index - 1].is_monotone(chart));
         for_each_part(parts, charts.facets.len(), pool, |part, Part { now, laid, flat, .. }| {
-            arch().dispatch(
-                #[inline(always)]
-                || {
-                    let own = charts.list.iter().enumerate().skip(part * PART);
-                    for ((is_monotone, laid), (chart, own)) in now.iter_mut().zip(laid).zip(own) {
-                        *is_monotone = *is_monotone && (is_within(chart) || holds(charts, own, laid, flat));
-                    }
-                },
-            );
+            let own = charts.list.iter().enumerate().skip(part * PART);
+            for ((is_monotone, laid), (chart, own)) in now.iter_mut().zip(laid).zip(own) {
+                *is_monotone = *is_monotone && (is_within(chart) || holds(charts, own, laid, flat));
+            }
         });
     }
 }

@@ -41,6 +41,7 @@ use lanes::Lanes;
 use pinched::Pinched;
 pub(crate) use supports::Support;
 pub use touching::Touching;
+pub(super) use vertices::square_stood_for;
 use wanted::{Wanted, carried, is_near};
 
 /// Rows that lack no more than this part of what lies between their target and the floor are as good as kept [1].

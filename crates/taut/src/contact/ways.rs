@@ -4,9 +4,8 @@ use glam::{BVec4A, Vec4};
 
 use super::Places;
 use super::bounds::Bounds;
-use super::detect::Pair;
 use super::proximity::Kind;
-use crate::geometry::{Pool, arch, by_axis, for_each_two_chunks, roots};
+use crate::geometry::{Pool, by_axis, for_each_two_chunks, roots};
 
 /// Boxes are wider by this part of the largest coordinate: places are rounded to single precision.
 const ROUNDING: f32 = 2.0 * f32::EPSILON;
@@ -17,22 +16,12 @@ const OF_DIFFERENCES: f32 = 24.0 * f32::EPSILON;
 /// Lines that are no longer than this say nothing: their squares are too small for numbers [m].
 const SHORTEST: f32 = 1e-18;
 /// So many pairs fit into the registers of a look.
-const LANES: usize = 4;
-/// So many are looked at in a row: each look takes long to end, and several of them go on at once where nothing is decided in between.
-pub(super) const BATCH: usize = 16 * LANES;
+pub(super) const LANES: usize = 4;
 
 /// Where vertices start and end [m].
 #[derive(Debug, Default)]
 pub(crate) struct Ways {
     list: Vec<[Vec4; 2]>,
-}
-
-/// Pairs of a kind that wait to be looked at.
-#[derive(Debug, Clone)]
-pub(crate) struct Batch {
-    kind: Kind,
-    corners: [[u32; 4]; BATCH],
-    count: usize,
 }
 
 /// What pairs ask of rows: how far apart they ask for none any more [m], and whether their edges are all sides of triangles.
@@ -43,68 +32,12 @@ pub(crate) struct Asks {
 }
 
 /// The corners of four pairs as seen from the first one of each, at the start and at the end of the step: each coordinate of all four [m].
-struct Seen {
+pub(crate) struct Seen {
     from: [[Vec4; 3]; 4],
     to: [[Vec4; 3]; 4],
     /// The largest coordinates of their places, and of these differences.
     largest: Vec4,
     furthest: Vec4,
-}
-
-impl Batch {
-    pub fn new(kind: Kind) -> Self {
-        Self { kind, corners: [[0; 4]; BATCH], count: 0 }
-    }
-
-    /// How many there are.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Takes one more. Returns whether no other one fits in.
-    #[inline(always)]
-    pub fn put(&mut self, corners: [u32; 4]) -> bool {
-        self.corners[self.count] = corners;
-        self.count += 1;
-        self.count == BATCH
-    }
-
-    /// Gives them back and goes on with none. Tells of each how far its features are apart at least [m]; where only that much of a first edge
-    /// counts, as a capsule is long, whether they come as near as `of_near_part`.
-    pub fn take(&mut self, ways: &Ways, of_near_part: Option<f32>) -> impl Iterator<Item = (Pair, f32)> + use<'_> {
-        let mut gaps = [0.0; BATCH];
-        let kind = self.kind;
-        self.look(ways, &mut gaps, |seen| seen.gaps(kind, of_near_part).to_array());
-        let corners = &self.corners[..std::mem::take(&mut self.count)];
-        corners.iter().zip(gaps).map(move |(&corners, gap)| (Pair { kind, corners }, gap))
-    }
-
-    /// Goes on with none. Tells of each that there was whether it may ask for a row.
-    pub fn may_ask(&mut self, ways: &Ways, asks: Asks) -> impl Iterator<Item = bool> + use<> {
-        let mut may_ask = [false; BATCH];
-        let kind = self.kind;
-        self.look(ways, &mut may_ask, |seen| {
-            let none = seen.ask_for_none(kind, asks).bitmask();
-            [0, 1, 2, 3].map(|lane| none >> lane & 1 == 0)
-        });
-        may_ask.into_iter().take(std::mem::take(&mut self.count))
-    }
-
-    /// Writes what `tell` says of each four pairs. The first pair is in the lanes that are left.
-    #[inline(always)]
-    fn look<T>(&mut self, ways: &Ways, told: &mut [T; BATCH], tell: impl Fn(&Seen) -> [T; LANES]) {
-        let Self { corners, count, .. } = self;
-        let fours = count.div_ceil(LANES);
-        let first = corners[0];
-        corners[*count..fours * LANES].fill(first);
-        arch().dispatch(
-            #[inline(always)]
-            || {
-                let all = corners.as_chunks().0.iter().zip(told.as_chunks_mut().0).take(fours);
-                all.for_each(|(corners, told)| *told = tell(&ways.see(corners)));
-            },
-        );
-    }
 }
 
 impl Ways {
@@ -125,8 +58,16 @@ impl Ways {
         });
     }
 
+    /// Whether some places are surely no further from each other than that at the start [m].
+    pub fn are_within(&self, corners: &[u32], longest: f32) -> bool {
+        let places = || corners.iter().map(|&corner| self.list[corner as usize][0]);
+        let largest = places().fold(Vec4::ZERO, |largest, place| largest.max(place.abs())).max_element();
+        let longest = longest * (1.0 - OF_DIFFERENCES) - OF_PLACES * largest;
+        longest > 0.0 && places().all(|a| places().all(|b| (a - b).length_squared() <= longest * longest))
+    }
+
     #[inline(always)]
-    fn see(&self, corners: &[[u32; 4]; LANES]) -> Seen {
+    pub fn see(&self, corners: &[[u32; 4]; LANES]) -> Seen {
         let [p, q, r, s] = corners;
         let at = |corner: usize, time: usize| {
             let place = |corners: &[u32; 4]| self.list[corners[corner] as usize][time];
@@ -155,7 +96,7 @@ impl Seen {
     /// zero where that says nothing. If it is above zero they are as far apart on all of the way. The line is that from the middle of
     /// the second feature to the middle of a vertex, or to the nearest place of an edge: that of a capsule is long.
     #[inline(always)]
-    fn gaps(&self, kind: Kind, of_near_part: Option<f32>) -> Vec4 {
+    pub fn gaps(&self, kind: Kind, of_near_part: Option<f32>) -> Vec4 {
         let Self { from, to, largest, furthest } = self;
         let wrong = OF_PLACES * *largest + OF_DIFFERENCES * *furthest;
         let [first, last] = match of_near_part {
@@ -203,7 +144,7 @@ impl Seen {
     /// Whether pairs surely ask for no row, for all that single precision may be wrong: they are further apart than it takes, and stay so, or
     /// are two edges that are closest at the end of one of them (proximity.rs tells more).
     #[inline(always)]
-    fn ask_for_none(&self, kind: Kind, Asks { within, are_sides }: Asks) -> BVec4A {
+    pub fn ask_for_none(&self, kind: Kind, Asks { within, are_sides }: Asks) -> BVec4A {
         let Self { from, to, largest, .. } = self;
         // What a difference of two places is wrong by, at most; and what the distance has to be, as no place of one feature moves further than
         // that against any of the other one.
@@ -275,7 +216,9 @@ mod tests {
     use glam::{DQuat, DVec3};
     use proptest::prelude::*;
 
+    use super::super::batch::Batch;
     use super::super::crossing::Motion;
+    use super::super::detect::Pair;
     use super::*;
     use crate::contact::proximity::Closest;
 
@@ -343,6 +286,24 @@ mod tests {
             let rounding = 1e-5 * extent + 1e-6 * far;
             let of_axis = (rounding / between.length()) * extent;
             prop_assert!(gap >= start.min(end) - rounding - of_axis || between.length() < rounding, "{gap} of {}", start.min(end));
+        }
+
+        /// What is said to be near is, however far from the origin, and hardly anything that is goes unsaid.
+        #[test]
+        fn what_is_within_is_so(
+            corners in prop::array::uniform4(prop::array::uniform3(-1.0_f64..1.0)),
+            size in -3_i32..2,
+            far in 0.0_f64..1e3,
+            close in prop::sample::select(vec![0.9_f64, 0.999_999, 1.0, 1.000_001, 1.1]),
+        ) {
+            let x: Vec<DVec3> = corners.iter().map(|&corner| DVec3::from(corner) * 10_f64.powi(size) + DVec3::splat(far)).collect();
+            let apart = x[1..].iter().flat_map(|a| x[1..].iter().map(|b| a.distance(*b))).fold(0.0, f64::max);
+            let mut list = Ways::new(4);
+            list.take(&Places { ends: x.clone(), x, ..Places::default() }, |_| 0.0, &mut [Bounds::NOTHING; 4], &Pool::new(1));
+            let longest = (apart * close) as f32;
+            let is_said = list.are_within(&[1, 2, 3], longest);
+            prop_assert!(!is_said || apart <= f64::from(longest), "{apart} within {longest}");
+            prop_assert!(is_said || f64::from(longest) < 1.000_01 * apart + 2e-6 * (1.0 + far), "{apart} not within {longest}");
         }
 
         /// Nor is that of a part of an edge, up to where it is cut off.
