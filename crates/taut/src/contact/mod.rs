@@ -3,7 +3,7 @@
 //! Everything that can touch is a vertex, an edge or a triangle with a thickness around it. A sphere is a thick vertex, a capsule a
 //! thick edge, so that whole triangles stay outside of them and not their vertices alone; boxes and other bodies are surfaces like
 //! cloth; a plane bounds a half-space; links of networks are edges of no triangle. Where cloth is nearly flat it cannot touch itself
-//! (charts.rs, monotone.rs). Other pairs that come near (tree.rs, detect.rs) become rows, half-spaces that a filter keeps displacements
+//! (charts.rs, monotone.rs). Other pairs that come near (tree.rs, detect.rs, batch.rs) become rows, half-spaces that a filter keeps displacements
 //! in (rows.rs); what a step ends with is certified to be free of crossings on all of its way (certificate.rs). What intersects at the
 //! start is told (start.rs), and brought apart in the first steps (untangle/).
 

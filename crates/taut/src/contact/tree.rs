@@ -8,8 +8,9 @@ use glam::Vec3;
 use super::bounds::{Bounds, Four, LANES};
 use crate::geometry::{Pool, for_each_chunk, for_each_of_both};
 
-/// Triangles, or links of a network, in a leaf, at most.
+/// Triangles, or links of a network, in a leaf, at most: there is a bit for each edge of as many triangles.
 const LEAF: usize = 8;
+const _: () = assert!(3 * LEAF <= u32::BITS as usize);
 
 /// A node: an inner one with two children, the first right after it, or a leaf.
 #[derive(Debug, Clone)]
@@ -355,6 +356,15 @@ impl<const N: usize, const E: usize> Splitter<N, E> {
     }
 }
 
+/// Writes boxes.
+fn fill(fours: &mut [Four], mut boxes: impl Iterator<Item = Bounds>) {
+    fours.iter_mut().for_each(|four| *four = Four::new(boxes.by_ref().take(LANES)));
+}
+
+fn range([from, to]: [u32; 2]) -> Range<usize> {
+    from as usize..to as usize
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -403,13 +413,4 @@ mod tests {
             }
         }
     }
-}
-
-/// Writes boxes.
-fn fill(fours: &mut [Four], mut boxes: impl Iterator<Item = Bounds>) {
-    fours.iter_mut().for_each(|four| *four = Four::new(boxes.by_ref().take(LANES)));
-}
-
-fn range([from, to]: [u32; 2]) -> Range<usize> {
-    from as usize..to as usize
 }
