@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 from taut import Scene, Simulation
+from taut.bench.meshes import irregular_sheet
+from taut.bench.walker import closed
 
 FLOOR = {"name": "floor", "plane": {"normal": [0, 0, 1]}, "friction": 0.3}
 BALL = {"name": "ball", "sphere": {"center": [0, 0, -0.4], "radius": 0.2}}
@@ -111,3 +113,29 @@ def test_what_cannot_be_sent_is_refused(arguments: Any, error: type[Exception], 
     assert not asked.body_offset("ball").any()
     with pytest.raises(KeyError, match="must be one of"):
         asked.body_offset("nothing")
+
+
+def test_on_a_smooth_body_of_triangles_rows_are_those_of_vertices() -> None:
+    around, radius, thickness, skin = 96, 0.15, 0.004, 0.001
+    angle = np.arange(around) * 2 * np.pi / around
+    ring = radius * np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
+    places, faces = closed(np.stack([ring + [0, along, 0] for along in np.linspace(0.4, -0.4, 41)]))
+    roll = {"name": "roll", "mesh": "roll", "friction": 0.8, "thickness": skin}
+    vertices, corners = irregular_sheet((48, 24), (0.8, 0.4), 3)
+    cloth = {"mesh": "sheet", "density": 0.2, "thickness": thickness, "friction": 0.8, "air_drag": 1.5}
+    cloth["translate"] = [-0.4, -0.2, radius + 0.01]
+    meshes = {"roll": (places, faces), "sheet": (vertices, corners)}
+    draped = Simulation(Scene({"fps": 60, "body": [roll], "cloth": [cloth]}, meshes), threads=1)
+    draped.run(150)
+
+    # Middles of its flat faces are this far from the axis; the cloth keeps half of its thickness and the skin.
+    apart = thickness / 2 + skin
+    normals = np.stack([np.cos(angle + np.pi / around), 0 * angle, np.sin(angle + np.pi / around)], axis=1)
+    weights = np.array([(i, j, 6 - i - j) for i in range(7) for j in range(7 - i)]) / 6
+    inside = np.einsum("wc,tcx->twx", weights, draped.exact_positions[draped.faces]).reshape(-1, 3)
+    heights = (inside @ normals.T).max(axis=1) - radius * np.cos(np.pi / around)
+    assert heights.min() > 0.78 * apart, "no edge or triangle cuts deeper than its corners may by over a fifth"
+    own = (draped.exact_positions @ normals.T).max(axis=1) - radius * np.cos(np.pi / around)
+    beside = int((own < 1.5 * apart).sum())
+    assert beside > 500
+    assert draped.step().contacts < 1.25 * beside

@@ -295,7 +295,7 @@ fn what_touches_nothing_moves_as_without_contact() {
 fn bits_do_not_depend_on_threads() {
     let hash = |threads: usize| {
         let bodies = json!([floor(), { "sphere": { "center": [0.03, 0.02, 0.4], "radius": 0.3 } }]);
-        let mesh = sheet(64, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.72));
+        let mesh = sheet(72, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.72));
         let model = mesh_scene(json!({ "body": bodies }), cloth(), mesh);
         let mut sheet = Simulation::with_threads(model, threads);
         sheet.steps(23);

@@ -151,9 +151,9 @@ impl Contact {
         detection.run(surfaces, places, pool);
         tangle.spare(surfaces, &mut detection.pairs);
         tangle.spare_sunk(surfaces, &mut detection.beside);
-        rows.take_pairs(surfaces, places, detection, tangle.most().is_none(), pool);
         rows.take_planes(surfaces, places);
         rows.take_thick(surfaces, places, detection, pool);
+        rows.take_pairs(surfaces, places, detection, tangle.most().is_none(), pool);
         rows.take_asked(surfaces, tangle.asked());
         rows.sort(places, pool);
         watch.times.detection += watch.now() - start;

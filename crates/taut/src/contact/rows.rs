@@ -11,6 +11,7 @@ mod crept;
 mod gripped;
 mod index;
 mod lanes;
+mod pairs;
 mod pinched;
 mod stopped;
 mod supports;
@@ -23,7 +24,6 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 
 use super::certificate::Cuts;
-use super::detect::Detection;
 use super::proximity::Closest;
 use super::surfaces::Surfaces;
 use super::untangle::Asked;
@@ -38,6 +38,7 @@ pub(crate) use gripped::Grip;
 use gripped::Gripped;
 use index::Index;
 use lanes::Lanes;
+use pairs::Stands;
 use pinched::Pinched;
 pub(crate) use supports::Support;
 pub use touching::Touching;
@@ -111,6 +112,7 @@ pub(crate) struct Rows {
     parts: Vec<Vec<Row>>,
     alone: Alone,
     lanes: Lanes,
+    stands: Stands,
     pinched: Pinched,
     gripped: Gripped,
     index: Index,
@@ -132,6 +134,7 @@ impl Rows {
             parts: Vec::new(),
             alone: Alone::default(),
             lanes: Lanes::default(),
+            stands: Stands::default(),
             pinched: Pinched::default(),
             gripped: Gripped::default(),
             index: Index::default(),
@@ -159,11 +162,6 @@ impl Rows {
         self.d.clear();
         self.before.clear();
         self.weights.clear();
-    }
-
-    /// Makes rows of the pairs that are near, or come near along their normal; `all` says whether none of them is left out.
-    pub fn take_pairs(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection, all: bool, pool: &Pool) {
-        self.take_each(&detection.pairs, surfaces, pool, |candidate| Wanted::of(surfaces, places, candidate, all));
     }
 
     /// Makes rows of what some things want.

@@ -90,13 +90,7 @@ impl Single {
     }
 }
 
-/// Whether vertices stand for a triangle or an edge of theirs beside something round.
-pub(super) fn stand_for(corners: &[DVec3], radius: f64, thickness: f64) -> bool {
-    let mut squares = corners.iter().flat_map(|a| corners.iter().map(|b| a.distance_squared(*b)));
-    squares.all(|square| square <= square_stood_for(radius, thickness))
-}
-
-/// The square of the longest side that they stand for [m^2]: a chord of length e between two places outside of a circle of radius r cuts
+/// The square of the longest sides of a triangle or an edge that vertices stand for beside something round, wherever it is [m^2]: a chord of length e between two places outside of a circle of radius r cuts
 /// e^2 / 8 r deep into it at most, a triangle with such sides e^2 / 6 r or as deep as one of its sides.
 pub(in super::super) fn square_stood_for(radius: f64, thickness: f64) -> f64 {
     6.0 * SAG * thickness * radius

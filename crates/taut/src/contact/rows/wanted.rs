@@ -7,7 +7,6 @@ use super::super::proximity::{Closest, Kind};
 use super::super::surfaces::{Owner, Surfaces};
 use super::super::{FLOOR, MARGIN, NEAR, Places};
 use super::NONE;
-use super::vertices::stand_for;
 
 /// A neighbour that is nearer by this part of its distance: the pair is not the nearest one there [1].
 const NEARER: f64 = 0.25;
@@ -38,8 +37,15 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
-    /// What a pair asks for, if it is near, or comes near, on the way on which it was found; `all` says whether all pairs that are may ask.
-    pub fn of(surfaces: &Surfaces, places: &Places, candidate: Candidate, all: bool) -> Option<Self> {
+    /// What a pair asks for, if it is near, or comes near, on the way on which it was found, and if that `is_implied` by nothing else; `all`
+    /// says whether all pairs that are may ask.
+    pub fn of(
+        surfaces: &Surfaces,
+        places: &Places,
+        candidate: Candidate,
+        all: bool,
+        is_implied: impl FnOnce(&Self) -> bool,
+    ) -> Option<Self> {
         // Most pairs are far enough from each other, and stay so.
         let Candidate { pair, gap, may_ask: true } = candidate else { return None };
         let Pair { kind, corners } = pair;
@@ -58,11 +64,6 @@ impl Wanted {
             return None;
         }
         let x = corners.map(|corner| places.x[corner as usize]);
-        // What is thick comes first.
-        let has_vertices = surfaces.skins[owners[0] as usize].radius > 0.0 && surfaces.skins[owners[1] as usize].is_surface;
-        if has_vertices && stand_for(&x[split..], radius, thickness) {
-            return None;
-        }
         let closest = Closest::new(kind, &x);
         let length = closest.way.length();
         if kind == Kind::EdgeEdge && is_stood_for(surfaces, owners, &closest) {
@@ -78,6 +79,9 @@ impl Wanted {
         let target = places.target(thickness, distance);
         let carried = carried(surfaces, places, owners, normal);
         let wanted = Self { corners, parts: closest.parts, split, owners, normal, distance, thickness, target, carried };
+        if is_implied(&wanted) {
+            return None;
+        }
         let is_thick = owners.iter().any(|&owner| surfaces.skins[owner as usize].radius > 0.0);
         let over = if all && !is_thick && !are_near { OVER } else { NEARER };
         // What is nearer than the certificate allows may lose hardly anything of that, whatever else is beside it.
