@@ -37,15 +37,15 @@ impl Batch {
     }
 
     /// Gives them back and goes on with none. Tells of each how far its features are apart at least [m]; where only that much of a first edge
-    /// counts, as a capsule is long, whether they come as near as `of_near_part`.
-    pub fn take(&mut self, ways: &Ways, of_near_part: Option<f32>) -> impl Iterator<Item = (Pair, f32)> + use<'_> {
+    /// counts, as a capsule is long, whether they come as near as `of_near_part`. What is `enough` need not be told better.
+    pub fn take(&mut self, ways: &Ways, of_near_part: Option<f32>, enough: f32) -> impl Iterator<Item = (Pair, f32)> + use<'_> {
         let mut gaps = [0.0; BATCH];
         let kind = self.kind;
         self.look(
             ways,
             &mut gaps,
             #[inline(always)]
-            |seen| seen.gaps(kind, of_near_part).to_array(),
+            |seen| seen.gaps(kind, of_near_part, enough).to_array(),
         );
         let corners = &self.corners[..std::mem::take(&mut self.count)];
         corners.iter().zip(gaps).map(move |(&corners, gap)| (Pair { kind, corners }, gap))

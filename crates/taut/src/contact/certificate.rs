@@ -80,10 +80,10 @@ impl Cuts {
             for candidate in found.filter(|candidate| !detection.is_asked(&candidate.pair)) {
                 let batch = &mut batches[candidate.pair.kind as usize];
                 if batch.put(candidate.pair.corners) {
-                    batch.take(&detection.ways, None).for_each(&mut each);
+                    batch.take(&detection.ways, None, f32::INFINITY).for_each(&mut each);
                 }
             }
-            batches.iter_mut().for_each(|batch| batch.take(&detection.ways, None).for_each(&mut each));
+            batches.iter_mut().for_each(|batch| batch.take(&detection.ways, None, f32::INFINITY).for_each(&mut each));
         });
         for (cuts, closest) in &self.parts[..count] {
             self.list.extend(cuts);

@@ -400,7 +400,7 @@ impl Found<'_> {
         // About half are near enough, so that to branch would be slow.
         let (batch, mut kept) = (&mut batches[kind as usize], pairs.len());
         pairs.resize(kept + batch.count(), Candidate { pair: Pair { kind, corners: [0; 4] }, gap: 0.0, may_ask: false });
-        for (pair, gap) in batch.take(ways, *of_near_part) {
+        for (pair, gap) in batch.take(ways, *of_near_part, *margin as f32) {
             pairs[kept] = Candidate { pair, gap, may_ask: false };
             kept += usize::from(f64::from(gap) < *margin);
         }

@@ -92,14 +92,15 @@ impl Ways {
 }
 
 impl Seen {
-    /// How far two features are apart, at least, at the start and at the end of the step along a line between them at the start [m]; below
-    /// zero where that says nothing. If it is above zero they are as far apart on all of the way. The line is that from the middle of
-    /// the second feature to the middle of a vertex, or to the nearest place of an edge: that of a capsule is long.
+    /// How far two features are apart, at least, at the start and at the end of the step along a line at the start [m]; below zero where
+    /// that says nothing. If it is above zero they are as far apart on all of the way. The line is that from the middle of the second
+    /// feature to the middle of a vertex, or to the nearest place of an edge: that of a capsule is long. Where it does not tell that all
+    /// are as far apart as is `enough`, it may be the one across both as well, along which what lies on each other is apart.
     #[inline(always)]
-    pub fn gaps(&self, kind: Kind, of_near_part: Option<f32>) -> Vec4 {
-        let Self { from, to, largest, furthest } = self;
+    pub fn gaps(&self, kind: Kind, of_near_part: Option<f32>, enough: f32) -> Vec4 {
+        let Self { from, largest, furthest, .. } = self;
         let wrong = OF_PLACES * *largest + OF_DIFFERENCES * *furthest;
-        let [first, last] = match of_near_part {
+        let part = match of_near_part {
             Some(least) if kind == Kind::EdgeEdge => self.near_part(Vec4::splat(least) + wrong),
             _ => [Vec4::ZERO, Vec4::ONE],
         };
@@ -114,17 +115,31 @@ impl Seen {
                 less(twice, edge.map(|part| part * along))
             }
         };
-        let length = norm(between);
-        let axis = between.map(|part| part / length);
-        let [start, end] = [from, to].map(|corners| {
+        let gaps = self.gaps_along(kind, between, part) - wrong;
+        if gaps.cmpge(Vec4::splat(enough)).all() {
+            return gaps;
+        }
+        let (across, one) = match kind {
+            Kind::PointTriangle => (cross(less(from[2], from[1]), less(from[3], from[1])), from[1]),
+            Kind::EdgeEdge => (cross(from[1], less(from[3], from[2])), from[2]),
+        };
+        let sign = dot(across, one).signum();
+        gaps.max(self.gaps_along(kind, across.map(|part| part * sign), part) - wrong)
+    }
+
+    /// The same along a line to the second feature, as numbers say it; of a first edge such a part counts.
+    #[inline(always)]
+    fn gaps_along(&self, kind: Kind, line: [Vec4; 3], [first, last]: [Vec4; 2]) -> Vec4 {
+        let length = norm(line);
+        let axis = line.map(|part| part / length);
+        let [start, end] = [&self.from, &self.to].map(|corners| {
             let [a, b, c] = [dot(corners[1], axis), dot(corners[2], axis), dot(corners[3], axis)];
             match kind {
                 Kind::PointTriangle => a.min(b).min(c),
                 Kind::EdgeEdge => b.min(c) - (a * first).max(a * last),
             }
         });
-        let gaps = start.min(end) - wrong;
-        Vec4::select(length.cmpgt(Vec4::splat(SHORTEST)), gaps, Vec4::NEG_ONE)
+        Vec4::select(length.cmpgt(Vec4::splat(SHORTEST)), start.min(end), Vec4::NEG_ONE)
     }
 
     /// The part of the first edge, from its start [1], that can come within `least` of the other one [m] (crossing.rs).
@@ -234,7 +249,7 @@ mod tests {
     /// A first look at that pair.
     fn gap(kind: Kind, places: &Places, of_near_part: Option<f32>) -> (Pair, f32) {
         looked_at(kind, places, |batch, ways| {
-            let mut found = batch.take(ways, of_near_part);
+            let mut found = batch.take(ways, of_near_part, f32::INFINITY);
             let first = found.next().expect("what was put");
             assert!(found.next().is_none(), "one was put");
             first
