@@ -187,7 +187,7 @@ impl Detection {
         for_each_part(&mut parts[..count], met.len() * PART, pool, |index, pairs| {
             pairs.clear();
             let batches = [Kind::PointTriangle, Kind::EdgeEdge].map(Batch::new);
-            let rules = Rules { owners: None, margin: 0.0, of_near_part: None, asks: None, stood_for: None };
+            let rules = Rules { owners: None, margin: 0.0, enough: 0.0, of_near_part: None, asks: None, stood_for: None };
             let mut found =
                 Found { surfaces, thicknesses: margin, for_rows, ways, rules, bounds, asked, batches, pairs, settled: 0 };
             arch().dispatch(Search { found: &mut found, met: met[index * PART..].chunks(PART).next().unwrap_or_default() });
@@ -235,6 +235,8 @@ struct Rules {
     owners: Option<[Owner; 2]>,
     /// Pairs that are as far apart count no more, radii included [m]; the same, no less, where one of both is thick.
     margin: f64,
+    /// What need not be told better of the pairs of two owners [m]. Those of one are mostly neighbours in a plane: no second line helps there.
+    enough: f32,
     of_near_part: Option<f32>,
     /// What they ask of rows, by their kind, if any may. Beside something thick, vertices stand for what has no longer sides [m].
     asks: Option<[Asks; 2]>,
@@ -254,7 +256,8 @@ impl Rules {
         let has_vertices = radius > 0.0 && owners.iter().any(|&owner| surfaces.skins[owner as usize].is_surface);
         let stood_for = has_vertices.then(|| square_stood_for(radius, thickness).sqrt() as f32);
         let of_near_part = (radius > 0.0).then_some((margin * (1.0 + f64::from(f32::EPSILON))) as f32);
-        Self { owners: Some(owners), margin, of_near_part, asks, stood_for }
+        let enough = if owners[0] == owners[1] { f32::NEG_INFINITY } else { margin as f32 };
+        Self { owners: Some(owners), margin, enough, of_near_part, asks, stood_for }
     }
 }
 
@@ -396,11 +399,11 @@ impl Found<'_> {
 
     /// Keeps those of the pairs of a kind that wait which are near enough.
     fn look(&mut self, kind: Kind) {
-        let Self { ways, rules: Rules { margin, of_near_part, .. }, batches, pairs, .. } = self;
+        let Self { ways, rules: Rules { margin, enough, of_near_part, .. }, batches, pairs, .. } = self;
         // About half are near enough, so that to branch would be slow.
         let (batch, mut kept) = (&mut batches[kind as usize], pairs.len());
         pairs.resize(kept + batch.count(), Candidate { pair: Pair { kind, corners: [0; 4] }, gap: 0.0, may_ask: false });
-        for (pair, gap) in batch.take(ways, *of_near_part, *margin as f32) {
+        for (pair, gap) in batch.take(ways, *of_near_part, *enough) {
             pairs[kept] = Candidate { pair, gap, may_ask: false };
             kept += usize::from(f64::from(gap) < *margin);
         }
