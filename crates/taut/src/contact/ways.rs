@@ -115,7 +115,7 @@ impl Seen {
                 less(twice, edge.map(|part| part * along))
             }
         };
-        let gaps = self.gaps_along(kind, between, part) - wrong;
+        let gaps = self.gaps_along(kind, between, part, wrong);
         if gaps.cmpge(Vec4::splat(enough)).all() {
             return gaps;
         }
@@ -124,12 +124,12 @@ impl Seen {
             Kind::EdgeEdge => (cross(from[1], less(from[3], from[2])), from[2]),
         };
         let sign = dot(across, one).signum();
-        gaps.max(self.gaps_along(kind, across.map(|part| part * sign), part) - wrong)
+        gaps.max(self.gaps_along(kind, across.map(|part| part * sign), part, wrong))
     }
 
-    /// The same along a line to the second feature, as numbers say it; of a first edge such a part counts.
+    /// The same along a line to the second feature, where numbers are wrong by so much; of a first edge such a part counts.
     #[inline(always)]
-    fn gaps_along(&self, kind: Kind, line: [Vec4; 3], [first, last]: [Vec4; 2]) -> Vec4 {
+    fn gaps_along(&self, kind: Kind, line: [Vec4; 3], [first, last]: [Vec4; 2], wrong: Vec4) -> Vec4 {
         let length = norm(line);
         let axis = line.map(|part| part / length);
         let [start, end] = [&self.from, &self.to].map(|corners| {
@@ -139,7 +139,7 @@ impl Seen {
                 Kind::EdgeEdge => b.min(c) - (a * first).max(a * last),
             }
         });
-        Vec4::select(length.cmpgt(Vec4::splat(SHORTEST)), start.min(end), Vec4::NEG_ONE)
+        Vec4::select(length.cmpgt(Vec4::splat(SHORTEST)), start.min(end) - wrong, Vec4::NEG_ONE)
     }
 
     /// The part of the first edge, from its start [1], that can come within `least` of the other one [m] (crossing.rs).

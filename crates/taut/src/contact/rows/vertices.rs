@@ -3,7 +3,7 @@
 //! Beside a sphere the nearest place of a triangle is in its middle, as soon as its corners are about as far away as each other. Rows of
 //! triangles alone would leave corners free to go up and down against one another: each triangle's middle stays where it is, and springs
 //! are all that holds the corners. So each vertex has a row of its own, and a triangle or an edge has one only where it cuts deeper into
-//! the round than its corners do by more than [`SAG`] allows.
+//! the round than its corners do by more than [`SAG`] allows, or than pairs.rs measures.
 
 use glam::DVec3;
 
@@ -90,8 +90,9 @@ impl Single {
     }
 }
 
-/// The square of the longest sides of a triangle or an edge that vertices stand for beside something round, wherever it is [m^2]: a chord of length e between two places outside of a circle of radius r cuts
-/// e^2 / 8 r deep into it at most, a triangle with such sides e^2 / 6 r or as deep as one of its sides.
+/// The square of the longest sides of a triangle or an edge that vertices stand for beside something round, wherever it lies [m^2]: a chord
+/// of length e between two places outside of a circle of radius r cuts e^2 / 8 r deep into it at most, a triangle with such sides e^2 / 6 r
+/// or as deep as one of its sides.
 pub(in super::super) fn square_stood_for(radius: f64, thickness: f64) -> f64 {
     6.0 * SAG * thickness * radius
 }
