@@ -75,7 +75,7 @@ impl Cuts {
                 found.for_each(|candidate| each((candidate.pair, candidate.gap)));
                 return;
             }
-            // Those that were found on another way are looked at on this one.
+            // Those that were found on another way are looked at on this one, along both lines: what these do not tell takes much longer.
             let mut batches = [Kind::PointTriangle, Kind::EdgeEdge].map(Batch::new);
             for candidate in found.filter(|candidate| !detection.is_asked(&candidate.pair)) {
                 let batch = &mut batches[candidate.pair.kind as usize];

@@ -37,8 +37,8 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
-    /// What a pair asks for, if it is near, or comes near, on the way on which it was found, and if that `is_implied` by nothing else; `all`
-    /// says whether all pairs that are may ask.
+    /// What a pair asks for, if it is near, or comes near, on the way on which it was found, unless that `is_implied` by other rows; `all` says
+    /// whether all pairs that are may ask.
     pub fn of(
         surfaces: &Surfaces,
         places: &Places,
