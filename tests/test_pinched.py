@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from taut import Scene, Simulation
+from taut.bench.shirt import shirt
+from taut.bench.walker import squeezer
 
 from tools.targets.contact.judge import Oracle
 from tools.targets.contact.scenes import SKIN, Stage, ball, keyframes, sheet
@@ -59,6 +61,25 @@ def test_a_mesh_is_dented_where_cloth_is_and_goes_on_elsewhere() -> None:
     simulation.run(frames=45)
     assert simulation.report.held_back_bodies == 0 and simulation.report.pinched == 0
     np.testing.assert_allclose(simulation.bodies["plate"].positions, path[97], atol=1e-12)
+
+
+def test_an_arm_that_shuts_on_a_shirt_gives_way_at_once() -> None:
+    places, faces, path = squeezer(1.0, gap=-0.01)
+    made = Stage({"fps": 60}, {"figure": (places, faces)}, {"arm": path})
+    made.body({"name": "figure", "mesh": "figure", "motion": "arm"})
+    simulation = made.cloth("shirt", mesh=shirt(1200), thickness=0.002).simulation()
+    oracle, late, halved = Oracle(simulation), 0.0, 0
+    for frame in range(1, 61):
+        report = simulation.run(frames=1)
+        seen = oracle.look(simulation)
+        assert not seen.intersects and not seen.crosses
+        late = max(late, float(np.abs(simulation.bodies["figure"].positions - path[frame]).max()))
+        halved += report.halved_steps
+    # There is no room for two layers: the skin waits for them, and goes on where they do not lie.
+    assert 1e-3 < late < 0.02
+    # Halves of halves in every frame of the pinch would take ten times as long.
+    assert halved <= 4
+    np.testing.assert_allclose(simulation.bodies["figure"].positions, path[60], atol=1e-12)
 
 
 def peak_speed(simulation: Simulation, frames: int) -> float:

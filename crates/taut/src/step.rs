@@ -242,14 +242,13 @@ pub fn step_for(
             work.before_part.copy_from(state, &pool);
         }
         let report = one_step(model, state, inputs, (part * dt, parts.can_be_halved()), work, host)?;
-        let was_cut = report.limited.contact_cuts > 0;
-        if was_cut && parts.can_be_halved() {
+        if report.limited.asks_for_halves {
             state.copy_from(&work.before_part, &pool);
             parts.halve();
             given_up = given_up.and(report.times);
             continue;
         }
-        parts.take(was_cut);
+        parts.take(report.limited.contact_cuts > 0, report.limited.gives_way);
         if let Some(trace) = &mut work.trace {
             trace.push(Waypoint { particles: state.places(model), bodies: state.bodies.clone() });
         }

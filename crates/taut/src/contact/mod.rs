@@ -118,6 +118,12 @@ impl Contact {
         fill(&mut self.places.ends, model, origins, ends, bodies, pool);
     }
 
+    /// What is kept between a body and the thickest cloth [m].
+    pub fn thickness_on(&self, body: usize) -> f64 {
+        let (cloths, bodies) = self.surfaces.skins.split_at(self.surfaces.cloths.len());
+        bodies[body].thickness + cloths.iter().map(|skin| skin.thickness).fold(0.0, f64::max)
+    }
+
     /// Looks for what intersects where a step of so many seconds starts, if it may, and brings it apart in this step. Returns at how many
     /// places it does.
     pub fn untangle(&mut self, may_cross: bool, step: f64) -> usize {

@@ -22,6 +22,8 @@ pub(super) struct Led {
     pub ends: Vec<DVec3>,
     /// Where their paths are at the start and at the end of the step [m].
     path: [Vec<DVec3>; 2],
+    /// How far each body is behind its path as the step begins, where it is furthest [m].
+    pub late: Vec<f64>,
     /// The part of its way that each body could go, where it could go least [1].
     went: Vec<f64>,
 }
@@ -30,7 +32,8 @@ impl Led {
     pub fn new(model: &Model) -> Self {
         let vertices = || vec![DVec3::ZERO; model.bodies.rest.len()];
         let (ends, path) = (vertices(), [vertices(), vertices()]);
-        Self { ends, path, went: vec![1.0; model.bodies.list.len()] }
+        let bodies = model.bodies.list.len();
+        Self { ends, path, late: vec![0.0; bodies], went: vec![1.0; bodies] }
     }
 
     /// Says where bodies go in a step, such a part of an automatic one, and how far they turn, axis times angle [rad].
@@ -46,6 +49,7 @@ impl Led {
             let own = body.vertices.clone();
             let furthest = |a: &[DVec3], b: &[DVec3]| own.clone().map(|at| a[at].distance(b[at])).fold(0.0, f64::max);
             let (behind, asked) = (furthest(&state.bodies, from), furthest(from, to));
+            self.late[index] = behind;
             let most = CATCHES_UP * asked.max(model.contact.cell * part);
             let tries = match state.paces.get(index) {
                 Some(&pace) if pace != 0.0 => f64::from(pace).clamp(0.0, most),

@@ -8,6 +8,8 @@
 //! 3. The certificate: each cloth keeps its limit, and nothing crosses anything on the way. Pairs that would cross become rows, with
 //!    what is closest at the time of impact, and 2 goes on; where that does not help, the step is shortened there.
 
+mod held;
+
 use std::ops::Range;
 
 use glam::Vec3;
@@ -23,7 +25,7 @@ use super::motion::{lost, way_of_all};
 use super::unit::Unit;
 use super::where_is::{NONE, WhereIs};
 use super::worklist::Worklist;
-use crate::contact::{Carried, Contact, Grip, Obstacle};
+use crate::contact::{Carried, Contact, Obstacle};
 use crate::filter::Limited;
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
@@ -45,6 +47,8 @@ const RENEWED: usize = 6;
 /// So often rows are made of what would cross; more often where nothing is struck: steps of other lengths would shake cloth that lies.
 const REPAIRS: usize = 4;
 const REPAIRS_IF_CALM: usize = 16;
+/// .. and less often where bodies that can stay behind pinch it.
+const REPAIRS_IF_PINCHED: usize = 2;
 /// So often a step is shortened where it would cross something; from some round on by half as much again, and then everything stays.
 const SHORTENED: usize = 12;
 const HALVED: usize = 6;
@@ -176,17 +180,25 @@ impl Touch {
             if self.contact.cuts.list.is_empty() {
                 break;
             }
-            let repairs = if none_is_struck(&self.left_of_energy) { REPAIRS_IF_CALM } else { REPAIRS };
+            let is_pinched = limited.pinched > 0;
+            let given_way = is_pinched && self.given_way(stride, state);
+            let repairs = match none_is_struck(&self.left_of_energy) {
+                _ if given_way || is_pinched && self.are_skins(stride, state) => REPAIRS_IF_PINCHED,
+                true => REPAIRS_IF_CALM,
+                false => REPAIRS,
+            };
             if attempt < repairs {
                 self.contact.add_rows_of_cuts(pool);
-                self.contact.rows.hold_gripped();
+                self.let_go(units);
                 self.where_is.take(&self.contact.rows);
-                self.contact.rows.share();
+                limited.pinched = limited.pinched.max(self.contact.rows.share() as u32);
                 rounds = 0..ROUNDS_OF_REPAIR;
                 continue;
             }
             limited.contact_cuts = 1;
-            if stride.can_be_halved {
+            limited.gives_way = given_way;
+            limited.asks_for_halves = stride.can_be_halved && !given_way;
+            if limited.asks_for_halves {
                 return limited;
             }
             let lost = self.shorten(units, stride, state, ends, pool);
@@ -199,33 +211,6 @@ impl Touch {
         limited.closest = Some(self.contact.cuts.closest).filter(|closest| closest.is_finite());
         limited.held_back_bodies = self.led.arrive(model, part, state);
         limited
-    }
-
-    /// Has what is held stop where bodies are in its way.
-    fn stop_held(&mut self, units: &mut [Unit], stride: Stride<'_>, state: &State) {
-        let Self { contact, stopped, where_is, proposed, velocities, .. } = self;
-        contact.rows.stop_held(&mut contact.places, stopped);
-        for particle in stopped.iter().map(|&particle| particle as usize) {
-            let way = (contact.places.ends[particle] - contact.places.x[particle]).as_vec3();
-            where_is.hold(units, particle, way);
-            proposed.set(particle, state.positions.get(particle) + way);
-            velocities.set(particle, way / stride.plan.length as f32);
-        }
-    }
-
-    /// Grips what bodies press between them; not where something heavy hangs on rows, which is solved with them, nor where something
-    /// is brought apart.
-    fn grip(&mut self, units: &mut [Unit]) {
-        if self.contact.brings_apart().is_some() {
-            return;
-        }
-        let Self { contact, where_is, joint, .. } = self;
-        let may = |particle: u32| where_is.of(particle as usize).is_some_and(|(unit, _)| !joint.is_heavy(unit));
-        for &Grip { particle, way } in contact.rows.grip(may) {
-            if let Some((unit, own)) = where_is.of(particle as usize) {
-                units[unit].grip(own, way);
-            }
-        }
     }
 
     /// Finds ends that are within all limits, and that rows keep apart.
@@ -290,6 +275,9 @@ impl Touch {
                 }
             }
             if round == ROUNDS {
+                if is_pinched {
+                    return;
+                }
                 left_of_energy.clear();
                 left_of_energy.extend(units.iter_mut().zip(&*descents).map(|(unit, descent)| unit.left_of_energy(descent, pool)));
                 if !none_is_struck(left_of_energy) {
