@@ -248,7 +248,7 @@ pub fn step_for(
             given_up = given_up.and(report.times);
             continue;
         }
-        parts.take(report.limited.contact_cuts > 0, report.limited.gives_way);
+        parts.take(report.limited.contact_cuts > 0, report.limited.given_way);
         if let Some(trace) = &mut work.trace {
             trace.push(Waypoint { particles: state.places(model), bodies: state.bodies.clone() });
         }

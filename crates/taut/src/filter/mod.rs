@@ -34,8 +34,8 @@ pub struct Limited {
     pub contact_cuts: u32,
     /// Whether it was left as it was for that, to be taken in halves.
     pub(crate) asks_for_halves: bool,
-    /// Whether skins of bodies give way where it was, so that halves are of no use.
-    pub(crate) gives_way: bool,
+    /// Whether the bodies that press there have given way already, so that halves are of no use.
+    pub(crate) given_way: bool,
     /// Rows of contact that shared too little room, as what they keep apart is pressed from two sides.
     pub pinched: u32,
     /// Bodies that end behind their paths, since what is pressed between them and other things cannot go out of their way.
@@ -57,8 +57,8 @@ impl Limited {
             lost_motion: self.lost_motion.max(other.lost_motion),
             contacts: self.contacts + other.contacts,
             contact_cuts: self.contact_cuts + other.contact_cuts,
-            gives_way: self.gives_way || other.gives_way,
             asks_for_halves: self.asks_for_halves || other.asks_for_halves,
+            given_way: self.given_way || other.given_way,
             pinched: self.pinched + other.pinched,
             held_back_bodies: self.held_back_bodies + other.held_back_bodies,
             closest: [self.closest, other.closest].into_iter().flatten().reduce(f64::min),

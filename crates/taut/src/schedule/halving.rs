@@ -3,7 +3,7 @@
 //! What touches may need shorter steps than the cloth alone, and nobody knows before. A step would have to be cut where something would
 //! cross something else. Such a step is taken back and taken in two halves, and these again. What helped is remembered: the next steps
 //! begin with as many parts, and every now and then with fewer. Where even the shortest parts had to be cut in two steps, since cloth is
-//! pinched, the next one is taken whole, and cut. Where bodies give way to what they pinch, steps are cut as they are, and whole from then on.
+//! pinched, the next one is taken whole, and cut. Where bodies have given way to what they pinch, steps are cut as they are, and whole from then on.
 
 use glam::Vec3;
 
@@ -68,7 +68,7 @@ pub struct Parts {
     most: u32,
     needed_more: bool,
     in_vain: bool,
-    gives_way: bool,
+    given_way: bool,
 }
 
 impl Parts {
@@ -77,7 +77,7 @@ impl Parts {
     pub fn new(least: u32, halving: Option<Halving>) -> Self {
         let halving = halving.filter(|halving| !halving.is_spared());
         let (halvings, most) = halving.map_or((0, 0), |halving| (halving.halvings, MOST));
-        Self { done: 0, all: least << most, halvings, most, needed_more: false, in_vain: false, gives_way: false }
+        Self { done: 0, all: least << most, halvings, most, needed_more: false, in_vain: false, given_way: false }
     }
 
     /// The length of the next part, as a part of the step [1]; none where all is done.
@@ -98,11 +98,11 @@ impl Parts {
         self.needed_more = true;
     }
 
-    /// The next part has been taken, and `was_cut` or not; whether that is since bodies give way.
-    pub fn take(&mut self, was_cut: bool, gives_way: bool) {
+    /// The next part has been taken, and `was_cut` or not; whether bodies that have given way pressed there.
+    pub fn take(&mut self, was_cut: bool, given_way: bool) {
         self.done += self.size();
         self.in_vain |= was_cut;
-        self.gives_way |= gives_way;
+        self.given_way |= given_way;
     }
 
     /// Whether contact has it taken in more parts than it has to be.
@@ -118,7 +118,7 @@ impl Parts {
         if before.is_spared() {
             return Halving { wait: before.wait - 1, ..before };
         }
-        if self.gives_way {
+        if self.given_way {
             return Halving::default();
         }
         // The next step begins with the shortest parts. Where these have been in vain twice it is taken whole; a longer wait than one step
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn where_bodies_give_way_the_next_step_is_taken_whole() {
+    fn where_bodies_have_given_way_the_next_step_is_taken_whole() {
         let mut parts = Parts::new(1, Some(Halving::new(MOST, 1, 1)));
         for part in 0..1 << MOST {
             parts.take(true, part == 3);

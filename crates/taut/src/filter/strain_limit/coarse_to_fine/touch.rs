@@ -196,7 +196,7 @@ impl Touch {
                 continue;
             }
             limited.contact_cuts = 1;
-            limited.gives_way = given_way;
+            limited.given_way = given_way;
             limited.asks_for_halves = stride.can_be_halved && !given_way;
             if limited.asks_for_halves {
                 return limited;
