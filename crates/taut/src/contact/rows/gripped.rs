@@ -6,7 +6,7 @@
 use glam::Vec3;
 
 use super::pinched::OPPOSED;
-use super::{Cuts, Row, Rows};
+use super::{Row, Rows};
 
 /// Bodies move as one where what they grip would slide along one of them by less than this part of its way [1].
 const AS_ONE: f32 = 0.1;
@@ -23,20 +23,17 @@ pub(crate) struct Grip {
     pub way: Vec3,
 }
 
-/// What is gripped in a step; and workspace: corners of what would cross, those of them that are let go, and vertices with a row each that a
-/// body presses them by, and which of its ends they are.
+/// What is gripped in a step; and workspace: vertices with a row each that a body presses them by, and which of its ends they are.
 #[derive(Debug, Default)]
 pub(super) struct Gripped {
     pub list: Vec<Grip>,
-    corners: Vec<u32>,
-    let_go: Vec<u32>,
     pressed: Vec<(u32, u32, usize)>,
 }
 
 impl Rows {
     /// Finds what is gripped, of the particles that `may` be, and holds it from now on.
     pub fn grip(&mut self, may: impl Fn(u32) -> bool) -> &[Grip] {
-        let Gripped { mut list, mut pressed, corners, let_go } = std::mem::take(&mut self.gripped);
+        let Gripped { mut list, mut pressed } = std::mem::take(&mut self.gripped);
         list.clear();
         pressed.clear();
         for (index, row) in (0..).zip(&self.list).skip(self.alone.count) {
@@ -60,38 +57,16 @@ impl Rows {
                 row.grips = row.give * row.thickness;
             }
         }
-        self.gripped = Gripped { list, pressed, corners, let_go };
-        if !self.gripped.list.is_empty() {
-            self.hold_gripped();
-        }
+        self.gripped = Gripped { list, pressed };
+        self.hold_gripped();
         &self.gripped.list
     }
 
-    /// Lets go what is a corner of something that would cross, and holds the rest where vertices have been put in another order. Returns which
-    /// particles are let go, in rising order: what is held cannot be kept apart by rows.
-    pub fn let_go(&mut self, cuts: &Cuts) -> &[u32] {
-        let Self { gripped: Gripped { list, corners, let_go, .. }, weights, all_weights, locals, .. } = self;
-        let_go.clear();
-        if !list.is_empty() {
-            corners.clear();
-            corners.extend(cuts.list.iter().flat_map(|cut| cut.pair.corners));
-            corners.sort_unstable();
-            list.retain(|&Grip { particle, .. }| {
-                let stays = corners.binary_search(&particle).is_err();
-                if !stays {
-                    weights[locals[particle as usize] as usize] = all_weights[particle as usize];
-                    let_go.push(particle);
-                }
-                stays
-            });
-            let_go.sort_unstable();
-            self.hold_gripped();
+    /// Holds what is gripped where vertices have been put in another order.
+    pub fn hold_gripped(&mut self) {
+        if self.gripped.list.is_empty() {
+            return;
         }
-        &self.gripped.let_go
-    }
-
-    /// Holds what is gripped.
-    fn hold_gripped(&mut self) {
         for grip in &self.gripped.list {
             self.weights[self.locals[grip.particle as usize] as usize] = 0.0;
         }

@@ -189,7 +189,7 @@ impl Touch {
             };
             if attempt < repairs {
                 self.contact.add_rows_of_cuts(pool);
-                self.let_go(units);
+                self.contact.rows.hold_gripped();
                 self.where_is.take(&self.contact.rows);
                 limited.pinched = limited.pinched.max(self.contact.rows.share() as u32);
                 rounds = 0..ROUNDS_OF_REPAIR;

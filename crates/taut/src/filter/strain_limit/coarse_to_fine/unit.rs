@@ -1,7 +1,5 @@
 //! One cloth in one step: cycles over its levels until few springs are over, what puts the last of them right, and the certificate.
 
-mod grips;
-
 use glam::Vec3;
 
 use super::brake::{HANGS, LIES, Lying, Ways};
@@ -152,6 +150,23 @@ impl Unit {
             is_over: false,
             is_needed: true,
         }
+    }
+
+    /// Grips a particle of it, which goes such a way in this step [m].
+    pub fn grip(&mut self, own: usize, way: Vec3) {
+        self.gripped.push((own, std::mem::take(&mut self.weights[own])));
+        self.levels.hold(own, way);
+    }
+
+    /// Whether anything is gripped.
+    pub fn is_gripped(&self) -> bool {
+        !self.gripped.is_empty()
+    }
+
+    /// Lets all go that was gripped.
+    pub fn release(&mut self) {
+        self.gripped.drain(..).for_each(|(own, weight)| self.weights[own] = weight);
+        self.levels.release();
     }
 
     /// Sees a cloth that nothing holds, but that touches something, from the world instead of from its centre of mass: that stops.

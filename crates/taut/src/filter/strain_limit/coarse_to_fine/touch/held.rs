@@ -2,7 +2,7 @@
 
 use super::super::unit::Unit;
 use super::Touch;
-use crate::contact::{Contact, Grip};
+use crate::contact::Grip;
 use crate::schedule::Stride;
 use crate::state::State;
 
@@ -31,15 +31,6 @@ impl Touch {
             if let Some((unit, own)) = where_is.of(particle as usize) {
                 units[unit].grip(own, way);
             }
-        }
-    }
-
-    /// Lets go what is gripped and would cross something: rows cannot keep it apart.
-    pub(super) fn let_go(&mut self, units: &mut [Unit]) {
-        let Contact { rows, cuts, .. } = &mut self.contact;
-        let particles = rows.let_go(cuts);
-        if !particles.is_empty() {
-            units.iter_mut().filter(|unit| unit.is_gripped()).for_each(|unit| unit.let_go(particles));
         }
     }
 
