@@ -33,8 +33,7 @@ pub struct Forces {
     dampers: Workspace,
     /// The stage of the damping before the last one [m/s], or a sum of all forces in the making [m/s^2].
     stage: Vectors,
-    /// What rows of second derivatives pull with where bending follows a curve [N m].
-    pulls: Vectors,
+    bending: bending::Workspace,
 }
 
 impl Forces {
@@ -48,7 +47,7 @@ impl Forces {
             springs: Workspace::new(Hooke, model),
             dampers: Workspace::new(Damper, model),
             stage: zeros(),
-            pulls: Vectors::zeros(model.bending.curved.len()),
+            bending: bending::Workspace::new(model),
         }
     }
 
@@ -171,15 +170,15 @@ fn impulse(
     forces: &mut Forces,
     pool: &Pool,
 ) {
-    let Forces { acceleration, springs, pulls, .. } = forces;
+    let Forces { acceleration, springs, bending, .. } = forces;
     let impulse = Impulse { field: positions, other: acceleration, out, keep, add: step, scale: step };
     impulse.apply(Hooke, model, cloth, springs, pool);
     if cloth.curved {
         gather(model, cloth, out, step, pool, |particle| curved_force(model, positions, particle));
     }
     if cloth.bends {
-        bending::prepare(model, cloth, positions, pulls, pool);
-        gather(model, cloth, out, step, pool, |particle| bending::force(model, positions, pulls, particle));
+        bending.take(model, cloth, positions, pool);
+        gather(model, cloth, out, step, pool, |particle| bending.force(model, positions, particle));
     }
 }
 
