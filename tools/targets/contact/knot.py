@@ -6,7 +6,6 @@ from taut.bench.meshes import irregular_sheet
 
 from tools.targets.contact.scenes import Stage
 
-BROAD, CELL = 0.01, 0.0025  # breadth of a ribbon and its cells [m]
 LEG, WIDE, NARROW = 0.25, 0.03, 0.012
 """Length of the ends of a bight; half of its breadth where it is round, and where they leave [m]."""
 REACH, HIGH = 0.035, 0.016
@@ -15,8 +14,8 @@ DRAWN = 0.08  # how far both ends of each ribbon go [m]
 Points = NDArray[np.float64]
 
 
-def knot(seconds: float, mesh: bool) -> Stage:
-    """Two ribbons that stand upright in a plane, each a bight through the other.
+def knot(seconds: float, mesh: bool, broad: float, cell: float) -> Stage:
+    """Two ribbons of such a breadth and cells [m], upright in a plane, each a bight through the other.
 
     The ends of each follow a path, `path-0` and `path-1`, and go apart evenly in so many seconds; there is
     no gravity.
@@ -25,7 +24,7 @@ def knot(seconds: float, mesh: bool) -> Stage:
     parts = np.linspace(0, 1, round(60 * seconds) + 1)
     for number, side in enumerate((-1, 1)):
         line = centre_line() * (np.array([1, 1, 1]) if side < 0 else np.array([-1, 1, -1]))
-        vertices, faces, ends = _ribbon(line, mesh, seed=number + 1)
+        vertices, faces, ends = _ribbon(line, mesh, number + 1, broad, cell)
         path = f"path-{number}"
         made.paths[path] = vertices[ends] + parts[:, None, None] * [side * DRAWN, 0, 0]
         made.cloth(
@@ -55,15 +54,17 @@ def centre_line() -> Points:
     return np.column_stack([x, y, z])
 
 
-def _ribbon(line: Points, mesh: bool, seed: int) -> tuple[Points, NDArray[np.int64], NDArray[np.int64]]:
+def _ribbon(
+    line: Points, mesh: bool, seed: int, broad: float, cell: float
+) -> tuple[Points, NDArray[np.int64], NDArray[np.int64]]:
     """A ribbon upright along a line: vertices, faces and the vertices of both ends."""
     along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     length = along[-1]
-    cells = (round(length / CELL), round(BROAD / CELL))
-    flat, faces = irregular_sheet(cells, (length, BROAD), seed) if mesh else _strip(cells, (length, BROAD))
+    cells = (round(length / cell), round(broad / cell))
+    flat, faces = irregular_sheet(cells, (length, broad), seed) if mesh else _strip(cells, (length, broad))
     at = np.stack([np.interp(flat[:, 0], along, line[:, axis]) for axis in range(3)], axis=1)
     ends = np.flatnonzero((flat[:, 0] < 1e-9) | (flat[:, 0] > length - 1e-9))
-    return at + (flat[:, 1] - BROAD / 2)[:, None] * [0, 0, 1], faces, ends
+    return at + (flat[:, 1] - broad / 2)[:, None] * [0, 0, 1], faces, ends
 
 
 def _strip(cells: tuple[int, int], size: tuple[float, float]) -> tuple[Points, NDArray[np.int64]]:

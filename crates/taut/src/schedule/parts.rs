@@ -26,6 +26,10 @@ const WORTH: f64 = 2.0;
 /// displacement D of a step, and D / h from the velocity. A vibration of frequency w leaves the step with V cos(w h) and
 /// D = V sin(w h) / w. So it is multiplied by cos(w h) - sin(w h) / (w h), which is up to 1.063: undamped, it would grow.
 const LEAST_DECAY: f64 = 1.2;
+/// .. and how far springs look ahead, at least, as a part of the step [1]. Where the fastest mode is much faster than the step, those with
+/// `w h` of 2 to 5 would lose too little. Then springs take more parts, up to so many times as many.
+const LEAST_AHEAD: f64 = 0.0546;
+const MORE_PARTS: f64 = 4.0;
 
 /// A step of some length.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -95,11 +99,15 @@ impl Plan {
 
 impl ClothPlan {
     fn divided(cloth: &ClothRange, length: f64, pace: f64) -> Self {
-        let (spring_steps, springs_ahead) = spring_steps(length, &cloth.fastest);
+        let steps = spring_steps(length, &cloth.fastest);
+        let LevelRate { frequency_squared, damping, .. } = cloth.fastest;
+        // What has no loops is solved exactly, velocities as well.
+        let has_loops = cloth.springs.len() >= cloth.count;
+        let (spring_steps, springs_ahead) = if has_loops { calmed(length, steps, frequency_squared, damping) } else { steps };
         let rate = length * cloth.fastest.damping / SAFETY;
         // s stages are stable up to h g = s^2 + s.
         let damping_stages = ((rate + 0.25).sqrt() - 0.5).ceil().max(0.0) as u32;
-        let scaled = scaled(length, spring_steps, cloth, pace);
+        let scaled = scaled(length, steps.0, cloth, pace);
         Self { relative: 1.0, spring_steps: spring_steps as u32, springs_ahead, damping_stages, scaled }
     }
 
@@ -140,12 +148,30 @@ pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: 
         parts = (1.25 * parts).ceil();
     }
     let frequency_squared = bears(step_length, parts);
-    (WORTH * parts <= unscaled).then(|| ScaledTiming {
-        parts: parts as u32,
-        springs_ahead: calm(parts) / (step_length * frequency_squared),
-        frequency_squared: frequency_squared / OVERLAP,
-        damping: Some(1.0 / (OVERLAP * step_length)).filter(|bears| damping <= *bears),
+    (WORTH * parts <= unscaled).then(|| {
+        let ahead = calm(parts) / (step_length * frequency_squared);
+        let (parts, springs_ahead) = calmed(step_length, (parts, ahead), frequency_squared, 0.0);
+        ScaledTiming {
+            parts: parts as u32,
+            springs_ahead,
+            frequency_squared: frequency_squared / OVERLAP,
+            damping: Some(1.0 / (OVERLAP * step_length)).filter(|bears| damping <= *bears),
+        }
     })
+}
+
+/// The parts of a step, and how far ahead springs look [s], that calm what is a little faster than the step as well; the fastest mode has
+/// such a w^2 [1/s^2], and dampers take such a rate from it [1/s].
+fn calmed(step_length: f64, (parts, ahead): (f64, f64), frequency_squared: f64, damping: f64) -> (f64, f64) {
+    let least = LEAST_AHEAD * step_length;
+    if parts == 1.0 || ahead.max(damping / frequency_squared) >= least {
+        return (parts, ahead);
+    }
+    // h^2 w^2 + 2 h w^2 t < 4 with h = H / n.
+    let (a, b, c) = (power(2.0 * SAFETY, 2), step_length * least * frequency_squared, power(step_length, 2) * frequency_squared);
+    let more = ((b + (b * b + a * c).sqrt()) / a).ceil().min(MORE_PARTS * parts);
+    let part = step_length / more;
+    (more, least.min((a / frequency_squared - part * part) / (2.0 * part)))
 }
 
 /// The part of its acceleration that an even load gives a cloth on the whole, if a w^2 of `borne` is borne [1]. Levels whose
