@@ -20,7 +20,7 @@ pub(super) struct Workspace {
 
 impl Workspace {
     pub fn new(model: &Model) -> Self {
-        let count = if model.bending.is_empty() { 0 } else { model.particle_count() };
+        let count = if model.cloths.iter().any(|cloth| cloth.bends) { model.particle_count() } else { 0 };
         Self { places: vec![Vec4::ZERO; count], pulls: Vectors::zeros(model.bending.curved.len()) }
     }
 
