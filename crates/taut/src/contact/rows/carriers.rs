@@ -27,6 +27,13 @@ pub(crate) struct Carried {
     pub is_on_bodies: bool,
 }
 
+impl Carried {
+    /// Whether no body pushes the cloth, and no other one of `all` touches it.
+    pub fn is_alone(&self, all: &[Self]) -> bool {
+        self.motion.is_none() && all.iter().filter(|other| other.first == self.first).count() == 1
+    }
+}
+
 /// What carries a cloth in a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Carrier {

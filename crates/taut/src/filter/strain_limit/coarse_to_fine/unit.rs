@@ -371,19 +371,22 @@ impl Unit {
         carriers: &[Carried],
         descent: &Descent,
     ) {
-        let frame = match (carriers[self.index].by, descent.frame) {
-            (Carrier::Nothing, Some(frame)) => Some((RigidMotion::along(frame.as_dvec3()), left_of_energy)),
+        let carried = &carriers[self.index];
+        let frame = match (carried.by, descent.frame) {
+            // What is held, and moves, may leave behind what the cloth touches.
+            (Carrier::Nothing, Some(frame)) if frame == Vec3::ZERO || carried.is_alone(carriers) => {
+                Some((RigidMotion::along(frame.as_dvec3()), left_of_energy))
+            }
             (Carrier::Rigid(frame), _) if self.certificate.is_free() && !self.is_gripped() => {
                 Some((frame, lying.ways(&self.cloth, frame).left_of_energy(state, lying.proposed, ends)))
             }
             _ => None,
         };
-        let frame = frame.filter(|(_, left)| *left < ENERGY_IN_CONTACT).map(|(frame, _)| frame);
-        let brake =
-            frame.map_or(0.0, |frame| lying.ways(&self.cloth, frame).brake(descent.brake, LIES, state, ends, &mut self.turns));
+        let ways = frame.filter(|(_, left)| *left < ENERGY_IN_CONTACT).map(|(frame, _)| lying.ways(&self.cloth, frame));
+        let brake = ways.map_or(0.0, |ways| ways.brake(descent.brake, LIES, state, ends, &mut self.turns));
         let calm = &mut state.calm[self.index];
         calm.brake = brake;
-        calm.cycles = calm.cycles.min(if carriers[self.index].is_on_bodies { MOST_ON_BODIES } else { MOST_IF_TOUCHED });
+        calm.cycles = calm.cycles.min(if carried.is_on_bodies { MOST_ON_BODIES } else { MOST_IF_TOUCHED });
     }
 
     /// Forgets how far particles have crept where the brake is on: cloth that lies still does not creep.
