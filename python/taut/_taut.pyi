@@ -55,7 +55,7 @@ class Report(TypedDict):
     cuts: int
     """Times that the certificate had to shorten the step of a cloth to keep its limit."""
     held_back_pins: int
-    """Those of them in which pins had to wait: they moved apart further than the cloth could follow."""
+    """Times that pins of a cloth had to wait: it is not long enough between them, or could not follow."""
     pinched: int
     """Rows of contact that shared too little room, summed over the steps."""
     held_back_bodies: int

@@ -32,7 +32,7 @@ pub struct Summary {
     pub sweeps: u64,
     /// Times that the certificate had to shorten the step of a cloth.
     pub cuts: u64,
-    /// Those of them in which it had to hold pins back as well.
+    /// Times that pins of a cloth had to be held back, as it is not long enough between them, or could not follow.
     pub held_back_pins: u64,
     /// The largest part of its motion that the certificate, or the bound on the kinetic energy, took from a cloth in a step [1].
     pub lost_motion: f64,

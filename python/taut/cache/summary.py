@@ -50,7 +50,7 @@ class Summary:
     cuts: int
     """Times that the certificate had to shorten the step of a cloth to keep its limit [1]."""
     held_back_pins: int
-    """Those of them in which pins had to wait: they moved apart further than the cloth could follow [1]."""
+    """Times that pins of a cloth had to wait: it is not long enough between them, or could not follow [1]."""
     pinched: int
     """Rows of contact that shared too little room, since what they keep apart was pressed from two sides;
     summed over the steps [1]. There skins and thicknesses give way."""

@@ -129,9 +129,10 @@ def _energy(summary: "Summary") -> str:
 
 def _limited(summary: "Summary") -> str:
     steps = f"{summary.limited_steps} of {(summary.frames - 1) * summary.substeps}"
+    pins = f"{summary.held_back_pins} times with pins held back" if summary.held_back_pins else ""
     if summary.cuts == 0:
-        return steps
-    pins = f" ({summary.held_back_pins} times with pins held back)" if summary.held_back_pins else ""
+        return f"{steps}, {pins}" if pins else steps
+    pins = f" ({pins})" if pins else ""
     lost = (
         f"{_per_cent(summary.mean_lost_motion)} of the motion lost ({_per_cent(summary.lost_motion)} at most)"
     )

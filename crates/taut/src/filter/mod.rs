@@ -24,8 +24,10 @@ pub struct Limited {
     pub sweeps: u32,
     /// Cloths whose step the certificate had to shorten.
     pub cuts: u32,
-    /// Those of them whose pins went only a part of their way, too: they moved apart further than the cloth could follow.
+    /// Cloths whose pins went only a part of their way: they were asked to go further apart than the cloth reaches, or could follow.
     pub held_back_pins: u32,
+    /// Those that were asked for more than their reach, and went as far as that.
+    pub(crate) beyond_reach: u32,
     /// The part of its motion that the certificate, or the bound on the kinetic energy, took from a cloth, the largest of all cloths [1].
     pub lost_motion: f64,
     /// Rows of contact: pairs that were near, or came near.
@@ -54,6 +56,7 @@ impl Limited {
             sweeps: self.sweeps + other.sweeps,
             cuts: self.cuts + other.cuts,
             held_back_pins: self.held_back_pins + other.held_back_pins,
+            beyond_reach: self.beyond_reach + other.beyond_reach,
             lost_motion: self.lost_motion.max(other.lost_motion),
             contacts: self.contacts + other.contacts,
             contact_cuts: self.contact_cuts + other.contact_cuts,
@@ -126,7 +129,7 @@ pub fn apply(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, filter: 
     watch.times = watch.times.and(Times { solve, ..contact });
     held::finish(stride, state, ends, limited.contact_cuts > 0 || limited.held_back_pins > 0);
     hands::finish(stride, state, ends, limited.held_back_pins > 0);
-    limited
+    Limited { held_back_pins: limited.held_back_pins.max(limited.beyond_reach), ..limited }
 }
 
 /// Moves the particles of a state from elsewhere, which may be over the limit, until none of their springs is. Only the

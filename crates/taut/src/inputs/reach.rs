@@ -1,11 +1,10 @@
 //! Can the cloth reach from pin to pin at all?
 
-use std::cmp::Reverse;
-use std::collections::{BTreeSet, BinaryHeap};
+use std::collections::BTreeSet;
 
 use super::Paths;
 use super::travel::Travel;
-use crate::model::{Adjacency, Model, PinGroup};
+use crate::model::{Adjacency, Model, PinGroup, Reach};
 use crate::scene::SceneError;
 
 /// Pins of a group from which distances are measured; more would make large scenes slow to build.
@@ -38,7 +37,7 @@ pub(super) fn check(paths: &Paths, model: &Model) -> Result<(), SceneError> {
         }
         let stride = one.particles.len().div_ceil(MOST_SOURCES).max(1);
         for source in (0..one.particles.len()).step_by(stride) {
-            let reach = distances(&graph, one.particles[source], particles);
+            let reach = Reach::new(&graph, particles, &one.particles[source..=source]).lengths;
             for &other in &others {
                 check_pair(paths, (index, source), other, &reach, &moments, model)?;
             }
@@ -72,26 +71,4 @@ fn check_pair(
         }
     }
     Ok(())
-}
-
-/// Greatest distances over the springs from `source` (Dijkstra); infinite where no path leads.
-fn distances(graph: &Adjacency<(u32, f32)>, source: u32, particles: usize) -> Vec<f64> {
-    let mut best = vec![f64::INFINITY; particles];
-    best[source as usize] = 0.0;
-    // Non-negative floats order like their bits, which the heap can compare.
-    let mut queue = BinaryHeap::from([Reverse((0_u64, source))]);
-    while let Some(Reverse((bits, particle))) = queue.pop() {
-        let here = f64::from_bits(bits);
-        if here > best[particle as usize] {
-            continue;
-        }
-        for &(next, length) in graph.of(particle as usize) {
-            let there = here + f64::from(length);
-            if there < best[next as usize] {
-                best[next as usize] = there;
-                queue.push(Reverse((there.to_bits(), next)));
-            }
-        }
-    }
-    best
 }

@@ -21,6 +21,7 @@ mod part;
 mod pins;
 mod precision;
 mod rates;
+mod reach;
 mod selection;
 mod springs;
 mod surface;
@@ -44,6 +45,7 @@ pub use numbering::Numbering;
 pub use origin::Origin;
 pub use pins::PinGroup;
 pub use rates::Rates;
+pub(crate) use reach::Reach;
 pub use springs::{SpringKind, Springs};
 pub use surface::{Search, Surface};
 

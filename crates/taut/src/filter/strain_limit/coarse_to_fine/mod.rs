@@ -5,6 +5,7 @@
 //! level first and hands its displacements down. Cycles go on until every spring is within its limit; a certificate
 //! measures the very positions that will be written (docs/equations.md, "Coarse to fine").
 
+mod apart;
 mod balance;
 mod blocks;
 mod brake;
@@ -38,6 +39,7 @@ use crate::geometry::{CHUNK, Pool, Vectors, Watch};
 use crate::model::{ClothRange, Model};
 use crate::schedule::{Plan, Stride};
 use crate::state::{Calm, State, measure};
+use apart::Apart;
 use motion::Motion;
 use touch::Touch;
 use unit::Unit;
@@ -200,6 +202,8 @@ trait Levels: Send + Sync {
 /// All cloths.
 pub(super) struct CoarseToFine {
     units: Vec<Unit>,
+    /// What is held of each cloth, if it can move apart.
+    held: Vec<Apart>,
     /// What the filter added to the ends of the step [m].
     corrections: Vectors,
     /// If anything can touch.
@@ -211,18 +215,23 @@ impl CoarseToFine {
         let units: Vec<Unit> =
             model.cloths.iter().enumerate().filter_map(|(index, cloth)| Unit::new(model, index, cloth, plan)).collect();
         let touch = Touch::new(model, &units);
-        Self { units, corrections: Vectors::zeros(model.particle_count()), touch }
+        let held = units.iter().filter_map(|unit| Apart::new(model, unit.cloth(), unit.levels().back_off() / FINEST)).collect();
+        Self { units, held, corrections: Vectors::zeros(model.particle_count()), touch }
     }
 }
 
 impl StrainLimit for CoarseToFine {
     fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
-        let Self { units, corrections, touch } = self;
-        if let Some(touch) = touch {
-            return touch.apply(units, stride, state, ends, corrections, pool);
-        }
-        let each = units.iter_mut().map(|unit| unit.apply(stride, state, ends, corrections, pool));
-        each.fold(Limited::default(), Limited::and)
+        let Self { units, held, corrections, touch } = self;
+        let beyond_reach = held.iter_mut().map(|held| u32::from(held.keep(stride, state, ends))).sum();
+        let limited = match touch {
+            Some(touch) => touch.apply(units, stride, state, ends, corrections, pool),
+            None => {
+                let each = units.iter_mut().map(|unit| unit.apply(stride, state, ends, corrections, pool));
+                each.fold(Limited::default(), Limited::and)
+            }
+        };
+        Limited { beyond_reach, ..limited }
     }
 
     fn touching(&self) -> Vec<Touching> {

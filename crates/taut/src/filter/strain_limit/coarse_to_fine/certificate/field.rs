@@ -194,7 +194,7 @@ impl Field {
 }
 
 /// The largest t in [0, 1] with |x + t d| <= `reach`; 0 if there is none.
-fn largest(x: DVec3, d: DVec3, reach: f64) -> f64 {
+pub fn largest(x: DVec3, d: DVec3, reach: f64) -> f64 {
     let (a, b, c) = (d.length_squared(), x.dot(d), x.length_squared() - reach * reach);
     let root = (b * b - a * c).max(0.0).sqrt();
     // The one of two forms that does not cancel.

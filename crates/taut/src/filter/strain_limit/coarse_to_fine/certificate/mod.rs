@@ -14,6 +14,7 @@ use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
 use crate::schedule::Stride;
 use crate::state::{State, measure};
+pub(super) use field::largest;
 use field::{Field, Proposal};
 
 /// What had to be done to a step.
