@@ -12,7 +12,7 @@
 //! Where so many pairs are to be kept that a direct solution takes too long, all go with the mean, and such a part of the way from there that
 //! none is too far apart.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::certificate::largest;
 use super::interior::{Interior, Link, Task};
@@ -21,7 +21,7 @@ use crate::model::{Adjacency, ClothRange, Model, Reach};
 use crate::schedule::Stride;
 use crate::state::State;
 
-/// Springs between two particles that are held may be so much shorter than their limit [1]: places are rounded.
+/// What is held stays so much nearer than the cloth reaches [1]: places are rounded.
 const ROUNDING: f64 = 1e-5;
 /// What is found is exact to such a part of reaches, and of the squares of what is changed [1].
 const EXACT: f64 = 1e-6;
@@ -34,14 +34,14 @@ const FAR: usize = 32;
 const DIRECTLY: usize = 800;
 /// So often the worst of what these find is taken along.
 const ROUNDS: usize = 6;
-/// Ways that differ by more than this part of coordinates differ [1].
+/// Ways that differ by no more than this part of coordinates are alike [1]: places are rounded one by one.
 const ALIKE: f32 = 1e-6;
 
 /// What is held of a cloth.
 pub(super) struct Apart {
     cloth: ClothRange,
     held: Vec<usize>,
-    /// Springs of which there are several between two of those may be so much shorter than their limits [1]: cycles pull them to that.
+    /// Where several springs lead from one of those to another, they reach so much less far than their limits [1]: cycles pull them to that.
     slack: f64,
     /// How far these may be from each other: known once their ways differ.
     reaches: Option<Reaches>,
@@ -78,7 +78,7 @@ impl Apart {
     /// Keeps what is held together, if it has to, and gives it the velocities with which it goes there. Returns whether it had to.
     pub fn keep(&mut self, Stride { model, plan, .. }: Stride<'_>, state: &mut State, ends: &mut Vectors) -> bool {
         let Self { cloth, held, slack, reaches } = self;
-        if are_alike(held, &state.positions, ends) {
+        if way_of_held(held, &state.positions, ends).is_some() {
             return false;
         }
         let reaches = reaches.get_or_insert_with(|| Reaches::new(model, cloth, held));
@@ -93,14 +93,15 @@ impl Apart {
     }
 }
 
-/// Whether all of them go the same way.
-fn are_alike(held: &[usize], positions: &Vectors, ends: &Vectors) -> bool {
+/// How far all of them go [m], if they go alike; there must be some.
+pub(super) fn way_of_held(held: &[usize], positions: &Vectors, ends: &Vectors) -> Option<Vec3> {
     let way = |particle: usize| ends.get(particle) - positions.get(particle);
     let first = way(held[0]);
-    held.iter().all(|&particle| {
+    let alike = held.iter().all(|&particle| {
         let extent = positions.get(particle).abs().max_element() + first.abs().max_element();
         (way(particle) - first).abs().max_element() <= ALIKE * extent
-    })
+    });
+    alike.then_some(first)
 }
 
 impl Reaches {
@@ -261,7 +262,6 @@ fn far(graph: &Adjacency<(u32, f32)>, of_held: &Adjacency<(u32, f32)>, particles
 mod tests {
     use std::collections::BTreeMap;
 
-    use glam::Vec3;
     use serde_json::json;
 
     use super::*;

@@ -9,6 +9,7 @@ mod field;
 
 use glam::{DVec3, Vec3};
 
+use super::apart::way_of_held;
 use super::{Motion, impulse};
 use crate::geometry::{Pool, Vectors};
 use crate::model::{ClothRange, Model};
@@ -52,16 +53,7 @@ impl Certificate {
     /// The displacement from X to Y [m]: that of the held particles if they move alike, that of the centre of mass if nothing
     /// is held; none if held particles move differently.
     pub fn frame(&self, positions: &Vectors, ends: &Vectors, motion: &Motion<'_>) -> Option<Vec3> {
-        // Places are rounded one by one.
-        const ALIKE: f32 = 1e-6;
-        let Some(&one) = self.held.first() else { return Some(motion.mean()) };
-        let displacement = |particle: usize| ends.get(particle) - positions.get(particle);
-        let first = displacement(one);
-        let alike = self.held.iter().all(|&particle| {
-            let extent = positions.get(particle).abs().max_element() + first.abs().max_element();
-            (displacement(particle) - first).abs().max_element() <= ALIKE * extent
-        });
-        alike.then_some(first)
+        if self.held.is_empty() { Some(motion.mean()) } else { way_of_held(&self.held, positions, ends) }
     }
 
     /// Measures the ends of a step, and lets every particle go only as far as all springs allow, towards where it starts, moved along with
