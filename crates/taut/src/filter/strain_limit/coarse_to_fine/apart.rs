@@ -16,10 +16,10 @@ use glam::{DVec3, Vec3};
 
 use super::certificate::largest;
 use super::interior::{Interior, Link, Task};
-use crate::geometry::Vectors;
+use crate::geometry::{Pool, Vectors};
 use crate::model::{Adjacency, ClothRange, Model, Reach};
 use crate::schedule::Stride;
-use crate::state::State;
+use crate::state::{State, measure};
 
 /// What is held stays so much nearer than the cloth reaches [1]: places are rounded.
 const ROUNDING: f64 = 1e-5;
@@ -75,14 +75,16 @@ impl Apart {
         (held.len() > 1).then(|| Self { cloth: cloth.clone(), held, slack: slack.into(), reaches: None })
     }
 
-    /// Keeps what is held together, if it has to, and gives it the velocities with which it goes there. Returns whether it had to.
-    pub fn keep(&mut self, Stride { model, plan, .. }: Stride<'_>, state: &mut State, ends: &mut Vectors) -> bool {
+    /// Keeps what is held together, if it has to, and gives it the velocities with which it goes there. Returns whether it had to. Cloth
+    /// that is nowhere over its limit as it is proposed is pulled by no cycles, and needs no slack.
+    pub fn keep(&mut self, Stride { model, plan, .. }: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> bool {
         let Self { cloth, held, slack, reaches } = self;
         if way_of_held(held, &state.positions, ends).is_some() {
             return false;
         }
         let reaches = reaches.get_or_insert_with(|| Reaches::new(model, cloth, held));
-        if !reaches.find(held, *slack, &state.positions, ends) {
+        let is_slack = || measure(model, cloth, ends, pool).worst <= 1.0;
+        if !reaches.find(held, *slack, &state.positions, ends) || is_slack() && !reaches.find(held, 0.0, &state.positions, ends) {
             return false;
         }
         for (&particle, way) in held.iter().zip(&reaches.found) {

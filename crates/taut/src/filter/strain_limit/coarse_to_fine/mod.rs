@@ -223,7 +223,7 @@ impl CoarseToFine {
 impl StrainLimit for CoarseToFine {
     fn apply(&mut self, stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> Limited {
         let Self { units, held, corrections, touch } = self;
-        let beyond_reach = held.iter_mut().map(|held| u32::from(held.keep(stride, state, ends))).sum();
+        let beyond_reach = held.iter_mut().map(|held| u32::from(held.keep(stride, state, ends, pool))).sum();
         let limited = match touch {
             Some(touch) => touch.apply(units, stride, state, ends, corrections, pool),
             None => {
