@@ -202,6 +202,11 @@ pub struct Panels {
 }
 
 impl Particles {
+    /// Those of a run that are held.
+    pub(crate) fn held(&self, run: Range<usize>) -> impl Iterator<Item = usize> {
+        run.filter(|&particle| self.inverse_mass[particle] == 0.0 && self.mass[particle] > 0.0)
+    }
+
     /// Masses of the particles of a cloth [kg]; nothing for what is held.
     #[must_use]
     pub fn free_masses(&self, cloth: &ClothRange) -> Vec<f64> {

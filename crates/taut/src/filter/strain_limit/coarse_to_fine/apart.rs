@@ -70,8 +70,7 @@ struct Reaches {
 impl Apart {
     /// Of a cloth whose springs are pulled to so much below their limits [1]; none if less than two of its particles are held.
     pub fn new(model: &Model, cloth: &ClothRange, slack: f32) -> Option<Self> {
-        let is_held = |index: &usize| model.particles.inverse_mass[*index] == 0.0 && model.particles.mass[*index] > 0.0;
-        let held: Vec<usize> = cloth.particles().filter(is_held).collect();
+        let held: Vec<usize> = model.particles.held(cloth.particles()).collect();
         (held.len() > 1).then(|| Self { cloth: cloth.clone(), held, slack: slack.into(), reaches: None })
     }
 
@@ -179,12 +178,9 @@ impl Reaches {
 
     /// Goes with the mean, and as far from there as no pair is too far apart.
     fn go_in_part(&mut self, links: &[Link], slack: f64) {
+        let far = self.far.iter().flat_map(|from| self.links_from(from, slack)).map(|(_, link)| link);
         let part_of = |link: Link| largest(link.start, link.way(&self.proposed) - link.start, link.aim);
-        let mut part = links.iter().copied().map(part_of).fold(1.0, f64::min);
-        for (from, lengths) in &self.far {
-            let others = (0..).zip(lengths).filter(|(to, length)| to != from && length.is_finite());
-            part = others.map(|(to, &length)| part_of(self.link([*from, to], length, slack))).fold(part, f64::min);
-        }
+        let part = links.iter().copied().chain(far).map(part_of).fold(1.0, f64::min);
         let mean = self.mean();
         self.found.iter_mut().zip(&self.proposed).for_each(|(found, way)| *found = mean + (*way - mean) * part);
     }
@@ -204,15 +200,19 @@ impl Reaches {
         Link { ends, start: v - u, aim }
     }
 
+    /// What keeps the others within reach of one of them, and how far that is [m].
+    fn links_from<'a>(&'a self, (from, lengths): &'a (u32, Vec<f64>), slack: f64) -> impl Iterator<Item = (f64, Link)> + 'a {
+        let others = (0..).zip(lengths).filter(move |(to, length)| to != from && length.is_finite());
+        others.map(move |(to, &length)| (length, self.link([*from, to], length, slack)))
+    }
+
     /// What is furthest beyond reach of one of them, if anything is.
-    fn worst(&self, (from, lengths): &(u32, Vec<f64>), slack: f64) -> Option<Link> {
-        let links = (0..).zip(lengths).filter(|(to, length)| to != from && length.is_finite());
-        let beyond = links.filter_map(|(to, &length)| {
-            let link = self.link([*from, to], length, slack);
+    fn worst(&self, from: &(u32, Vec<f64>), slack: f64) -> Option<Link> {
+        let over = self.links_from(from, slack).filter_map(|(length, link)| {
             let over = link.way(&self.found).length() - link.aim;
             (over > EXACT * length).then_some((over, link))
         });
-        beyond.reduce(|worst, other| if other.0 > worst.0 { other } else { worst }).map(|(_, link)| link)
+        over.reduce(|worst, other| if other.0 > worst.0 { other } else { worst }).map(|(_, link)| link)
     }
 
     /// Tries the places nearest to the proposed ones that links allow. Returns whether these were found.

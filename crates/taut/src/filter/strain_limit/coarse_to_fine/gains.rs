@@ -5,14 +5,11 @@
 //! cycles find an admissible step, and not always the nearest one, least of all where cloth has hardly any room. So what they find is
 //! shortened to what the nearest one could have, and velocities as well (docs/equations.md, "Energy").
 
-use std::ops::Range;
-
 use glam::DVec3;
 
 use super::brake::Lying;
 use crate::contact::{Carried, RigidMotion};
 use crate::geometry::{CHUNK, Vectors, sum_of_chunks};
-use crate::model::Model;
 use crate::schedule::Stride;
 use crate::state::State;
 
@@ -126,18 +123,13 @@ impl Gains {
         for (index, (cloth, carried)) in model.cloths.iter().zip(carried).enumerate() {
             let group = &mut self.groups[carried.first];
             group.tightens |= inputs.limits[index].changes();
-            for particle in held(model, cloth.particles()) {
+            for particle in model.particles.held(cloth.particles()) {
                 let way = velocities.get(particle).as_dvec3() * f64::from(lying.length);
                 let frame = group.frame.get_or_insert(RigidMotion::along(way));
                 group.apart = group.apart.max((way - frame.way(lying.start[particle])).length());
             }
         }
     }
-}
-
-/// The particles of a run that are held.
-fn held(model: &Model, particles: Range<usize>) -> impl Iterator<Item = usize> {
-    particles.filter(|&particle| model.particles.inverse_mass[particle] == 0.0 && model.particles.mass[particle] > 0.0)
 }
 
 impl Group {

@@ -40,9 +40,8 @@ pub(super) struct Certificate {
 impl Certificate {
     /// The certificate of a cloth.
     pub fn new(model: &Model, cloth: &ClothRange) -> Self {
-        let particles = &model.particles;
-        let held = cloth.particles().filter(|&index| particles.inverse_mass[index] == 0.0 && particles.mass[index] > 0.0);
-        Self { cloth: cloth.clone(), held: held.collect(), field: Field::new(model, cloth) }
+        let held = model.particles.held(cloth.particles()).collect();
+        Self { cloth: cloth.clone(), held, field: Field::new(model, cloth) }
     }
 
     /// Whether nothing of the cloth is held.
