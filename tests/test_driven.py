@@ -97,3 +97,22 @@ def test_cloth_goes_on_falling_while_its_corners_are_pulled_beyond_reach(mesh: b
     assert fallen[1] < 0.8 * fallen[0] < -0.1
     apart = np.linalg.norm(np.diff(simulation.positions[simulation.pin_groups[0]], axis=0))
     assert 1 + 0.6 * LIMIT < apart <= 1 + LIMIT
+
+
+def test_pins_that_each_pair_of_springs_would_bear_wait_and_come_back() -> None:
+    """Three pins go apart around one point: any two of them are within reach of each other, not all three."""
+    outwards = np.array([[1, 0, 0], [-0.5, np.sqrt(0.75), 0], [-0.5, -np.sqrt(0.75), 0]])
+    net = {"points": [[0, 0, 0], *outwards.tolist()], "links": [[0, 1], [0, 2], [0, 3]], "mass": 0.01}
+    pins = [{"vertices": [vertex]} for vertex in (1, 2, 3)]
+    cloth = {"network": net, "strain_limit": LIMIT, "pins": pins}
+    simulation = Simulation(Scene({"gravity": [0, 0, 0], "cloth": [cloth]}), 1)
+    for way in (0.15, 0.0):
+        for pin in range(3):
+            simulation.shift_pins(pin, tuple(way * outwards[pin]), speed=0.5)
+        reports = [simulation.run(frames=1) for _ in range(60)]
+        assert max(report.worst_stretch_in_steps for report in reports) <= LIMIT + 1e-5
+        away = np.linalg.norm(simulation.positions[1:] - simulation.positions[0], axis=1)
+        if way:
+            assert reports[-1].held_back_pins > 0
+            assert (away > 1 + 0.9 * LIMIT).all()
+    assert simulation.positions[1:] == pytest.approx(outwards, abs=1e-4)
