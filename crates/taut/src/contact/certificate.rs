@@ -10,6 +10,7 @@ use super::crossing::Motion;
 use super::detect::{Detection, Pair};
 use super::proximity::{Closest, Kind};
 use super::surfaces::Surfaces;
+use super::untangle::Tangle;
 use super::{FLOOR, Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_part};
 
@@ -46,8 +47,8 @@ impl Cuts {
         Self { list: Vec::new(), factors: vec![1.0; vertices], shortened: Vec::new(), closest: f64::INFINITY, parts: Vec::new() }
     }
 
-    /// Finds those among the pairs of a detection, and particles that would pass planes.
-    pub fn find(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection, pool: &Pool) {
+    /// Finds those among the pairs of a detection, and particles that would pass planes and are not fastened behind them.
+    pub fn find(&mut self, surfaces: &Surfaces, places: &Places, detection: &Detection, tangle: &Tangle, pool: &Pool) {
         self.list.clear();
         self.closest = f64::INFINITY;
         let chunks: [_; 2] = [&detection.pairs, &detection.further].map(|pairs| pairs.chunks(CHUNK));
@@ -93,7 +94,7 @@ impl Cuts {
         self.list.sort_unstable_by_key(|cut| cut.pair);
         for plane in &surfaces.planes {
             let [from, to] = [&places.x, &places.ends].map(|places| places[plane.vertex as usize]);
-            for particle in 0..surfaces.particles {
+            for particle in (0..surfaces.particles).filter(|&particle| !tangle.stays(particle as u32, plane.owner)) {
                 let distance = plane.normal.dot(places.x[particle] - from);
                 let end = plane.normal.dot(places.ends[particle] - to);
                 if distance <= 0.0 || distance.is_nan() {

@@ -138,6 +138,11 @@ impl Contact {
         0
     }
 
+    /// Whether anything intersects, or is fastened in a body, at the start of this step.
+    pub fn may_cross(&self) -> bool {
+        self.tangle.is_on()
+    }
+
     /// How far a step brings apart what intersects [m]; none where nothing does.
     pub fn brings_apart(&self) -> Option<f64> {
         self.tangle.most()
@@ -157,7 +162,7 @@ impl Contact {
         detection.run(surfaces, places, pool);
         tangle.spare(surfaces, &mut detection.pairs);
         tangle.spare_sunk(surfaces, &mut detection.beside);
-        rows.take_planes(surfaces, places);
+        rows.take_planes(surfaces, places, tangle);
         rows.take_thick(surfaces, places, detection, pool);
         rows.take_pairs(surfaces, places, detection, tangle.most().is_none(), pool);
         rows.take_asked(surfaces, tangle.asked());
@@ -173,7 +178,7 @@ impl Contact {
         tangle.spare(surfaces, &mut detection.further);
         let detected = watch.now();
         watch.times.detection += detected - start;
-        cuts.find(surfaces, places, detection, pool);
+        cuts.find(surfaces, places, detection, tangle, pool);
         watch.times.certificate += watch.now() - detected;
     }
 

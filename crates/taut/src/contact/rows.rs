@@ -8,6 +8,7 @@
 mod alone;
 mod carriers;
 mod crept;
+mod cuts;
 mod gripped;
 mod index;
 mod lanes;
@@ -23,11 +24,9 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use super::certificate::Cuts;
-use super::proximity::Closest;
 use super::surfaces::Surfaces;
 use super::untangle::Asked;
-use super::{NEAR, Places, floor};
+use super::{Places, floor};
 use crate::geometry::{CHUNK, Pool, for_each_chunk, for_each_part, for_each_two_chunks};
 use crate::model::{ClothRange, Model};
 use alone::Alone;
@@ -43,10 +42,13 @@ use pinched::Pinched;
 pub(crate) use supports::Support;
 pub use touching::Touching;
 pub(super) use vertices::square_stood_for;
-use wanted::{Wanted, carried, is_near};
+use wanted::Wanted;
 
 /// Rows that lack no more than this part of what lies between their target and the floor are as good as kept [1].
 const GOOD: f64 = 0.25;
+/// Where what is free has less than this part in a row [1] all of it counts as held: it would have to go so many times further than the row
+/// asks.
+const LEVER: f32 = 0.05;
 const NONE: u32 = u32::MAX;
 
 /// What keeps two features apart.
@@ -199,34 +201,6 @@ impl Rows {
         }
     }
 
-    /// Makes rows of pairs that would cross, with what is closest at the time of impact.
-    pub fn take_cuts(&mut self, surfaces: &Surfaces, places: &Places, cuts: &Cuts) {
-        for cut in &cuts.list {
-            let corners = cut.pair.corners;
-            let split = cut.pair.kind.split();
-            let (normal, parts) = match cut.plane {
-                Some(normal) => (normal, [1.0, -1.0, 0.0, 0.0]),
-                None => {
-                    let then = corners.map(|corner| {
-                        let corner = corner as usize;
-                        places.x[corner].lerp(places.ends[corner], cut.allowed)
-                    });
-                    let closest = Closest::new(cut.pair.kind, &then);
-                    (closest.way.normalize_or_zero(), closest.parts)
-                }
-            };
-            let owners = surfaces.owners_of(cut.pair);
-            let start: DVec3 = (0..4).map(|end| places.x[corners[end] as usize] * parts[end]).sum();
-            let distance = normal.dot(start) - surfaces.radius(owners);
-            let are_near = owners[0] == owners[1] && is_near(surfaces, corners, split);
-            let thickness = surfaces.thickness(owners) * if are_near { NEAR } else { 1.0 };
-            let target = places.target(thickness, cut.distance);
-            let carried = carried(surfaces, places, owners, normal);
-            let wanted = Wanted { corners, parts, split, owners, normal, distance, thickness, target, carried };
-            self.add(self.row(surfaces, &wanted));
-        }
-    }
-
     /// What is wanted, with vertices as its ends.
     fn row(&self, surfaces: &Surfaces, wanted: &Wanted) -> Row {
         let Wanted { corners, parts, split, owners, normal, distance, thickness, target, carried } = *wanted;
@@ -279,11 +253,14 @@ impl Rows {
         }
     }
 
-    /// What a row gives [kg]; nothing if all is held.
+    /// What a row gives [kg]; nothing if all, or nearly all, is held.
     fn give(&self, ends: [u32; 4], parts: [f32; 4]) -> f32 {
         let own = ends.into_iter().zip(parts).filter(|(_, part)| *part != 0.0);
-        let weight: f32 = own.map(|(end, part)| part * part * self.weights[end as usize]).sum();
-        if weight > 0.0 { 1.0 / weight } else { 0.0 }
+        let free = own.filter(|(end, _)| self.weights[*end as usize] > 0.0);
+        let (lever, weight) = free.fold((0.0, 0.0), |(lever, weight), (end, part)| {
+            (lever + part * part, weight + part * part * self.weights[end as usize])
+        });
+        if lever > LEVER * LEVER { 1.0 / weight } else { 0.0 }
     }
 
     /// The place of a vertex in the workspace.

@@ -132,7 +132,10 @@ impl Intersections {
             } else {
                 "move one of them away"
             };
-            let then = if model.contact.untangles {
+            let is_pinned = model.particles.held(model.cloths[first.cloth].particles()).next().is_some();
+            let then = if model.contact.untangles && body.is_some() && is_pinned {
+                "contact brings it apart in the first frames, but for what pins hold there; if that does not end"
+            } else if model.contact.untangles {
                 "contact brings it apart in the first frames; if that does not end"
             } else {
                 "contact takes no crossing back"

@@ -2,7 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{NONE, Row, Rows, carried};
+use super::wanted::carried;
+use super::{NONE, Row, Rows};
 use crate::contact::Places;
 use crate::contact::surfaces::Surfaces;
 

@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::super::detect::Detection;
 use super::super::surfaces::{HalfSpace, Surfaces, Thick};
+use super::super::untangle::Tangle;
 use super::super::{MARGIN, Places};
 use super::Rows;
 use super::wanted::{Wanted, carried};
@@ -18,10 +19,10 @@ use crate::geometry::Pool;
 const SAG: f64 = 0.1;
 
 impl Rows {
-    /// Makes rows of particles in front of planes.
-    pub fn take_planes(&mut self, surfaces: &Surfaces, places: &Places) {
+    /// Makes rows of particles in front of planes, but of those that stay behind.
+    pub fn take_planes(&mut self, surfaces: &Surfaces, places: &Places, tangle: &Tangle) {
         for &HalfSpace { owner, vertex, normal } in &surfaces.planes {
-            for particle in 0..surfaces.particles as u32 {
+            for particle in (0..surfaces.particles as u32).filter(|&particle| !tangle.stays(particle, owner)) {
                 let at = |places: &[DVec3]| normal.dot(places[particle as usize] - places[vertex as usize]);
                 let single = Single {
                     corners: [particle, vertex, vertex],

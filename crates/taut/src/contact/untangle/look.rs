@@ -33,24 +33,17 @@ impl Tangle {
         }
     }
 
-    /// Finds vertices inside of bodies, and asks them out. Returns how many are in closed surfaces or behind planes.
+    /// Finds vertices inside of bodies, and asks those out that are not fastened. Returns how many of these are in closed surfaces or behind
+    /// planes.
     pub(super) fn find_sunk(&mut self, surfaces: &Surfaces, x: &[DVec3], most: f64) -> usize {
-        let Self { solids, cell, sunk, asked, normals, .. } = self;
+        let Self { solids, cell, sunk, asked, normals, stays, .. } = self;
         let mut count = 0;
         let mut ways: Vec<(&Solid, Way)> = Vec::new();
         for particle in 0..surfaces.particles {
             let out = |solid: &Solid, place: DVec3| solid.way_out(surfaces, x, place, normals[particle], *cell);
             ways.clear();
             ways.extend(solids.iter().filter_map(|solid| Some((solid, out(solid, x[particle])?))));
-            for (solid, Way { depth, .. }) in &ways {
-                sunk.push((particle as u32, solid.owner()));
-                let deep = match solid {
-                    Solid::Thick(_) => false,
-                    Solid::Plane(_) => *depth > SHALLOW * surfaces.thickness([surfaces.owners[particle], solid.owner()]),
-                    Solid::Closed { .. } => true,
-                };
-                count += usize::from(deep);
-            }
+            sunk.extend(ways.iter().map(|(solid, _)| (particle as u32, solid.owner())));
             // Where bodies overlap, the nearest way that leads out of all of them.
             let leads_out = |(own, way): &(&Solid, Way)| {
                 let place = x[particle] + way.normal * (way.depth + 1e-3 * *cell);
@@ -59,20 +52,26 @@ impl Tangle {
             };
             let by_depth = |a: &&(&Solid, Way), b: &&(&Solid, Way)| a.1.depth.total_cmp(&b.1.depth);
             let best = ways.iter().filter(|way| leads_out(way)).min_by(by_depth).or_else(|| ways.iter().max_by(by_depth));
-            if let Some((solid, way)) = best {
-                let thickness = surfaces.thickness([surfaces.owners[particle], solid.owner()]);
-                let [a, b, c] = way.corners;
-                let [p, q, r] = way.parts;
-                asked.push(Asked {
-                    corners: [particle as u32, a, b, c],
-                    parts: [1.0, -p, -q, -r],
-                    split: 1,
-                    normal: way.normal,
-                    push: most.min(way.depth + thickness),
-                });
-            }
+            let Some((solid, way)) = best.filter(|_| !stays[particle]) else { continue };
+            let thickness = surfaces.thickness([surfaces.owners[particle], solid.owner()]);
+            let is_deep = |(solid, Way { depth, .. }): &(&Solid, Way)| match solid {
+                Solid::Thick(_) => false,
+                Solid::Plane(_) => *depth > SHALLOW * surfaces.thickness([surfaces.owners[particle], solid.owner()]),
+                Solid::Closed { .. } => true,
+            };
+            count += ways.iter().filter(|way| is_deep(way)).count();
+            let [a, b, c] = way.corners;
+            let [p, q, r] = way.parts;
+            asked.push(Asked {
+                corners: [particle as u32, a, b, c],
+                parts: [1.0, -p, -q, -r],
+                split: 1,
+                normal: way.normal,
+                push: most.min(way.depth + thickness),
+            });
         }
         sunk.sort_unstable();
+        sunk.dedup();
         count
     }
 
@@ -90,8 +89,11 @@ impl Tangle {
                     if radius - distance <= SHALLOW * thickness {
                         return;
                     }
-                    count += 1;
-                    if corners.iter().any(|&corner| self.sunk.binary_search(&(corner, thick.owner)).is_ok()) {
+                    let is_sunk = |&&corner: &&u32| self.sunk.binary_search(&(corner, thick.owner)).is_ok();
+                    let mut sunk = corners.iter().filter(is_sunk).peekable();
+                    let any_sunk = sunk.peek().is_some();
+                    count += usize::from(!sunk.any(|&corner| self.stays[corner as usize]));
+                    if any_sunk {
                         return;
                     }
                     if let Some((split, corners, Closest { way, parts })) = nearest.filter(|_| distance > 0.0) {

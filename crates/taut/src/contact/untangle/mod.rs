@@ -5,8 +5,10 @@
 //! to the outer side of the inner one (sides.rs), and what crosses itself goes where the line along which it does gets shorter
 //! (contour.rs). These are rows like all others, so the limit of the cloth stays hard. Only pairs in such places are spared by the
 //! ordinary rows and the certificate; everything else stays free of crossings. Where nothing intersects any more this ends for good.
+//! What pins hold inside of a body stays there (fastened.rs).
 
 mod contour;
+mod fastened;
 mod look;
 mod out;
 mod sides;
@@ -19,6 +21,7 @@ use super::start::{around, is_closed};
 use super::surfaces::{Owner, Surfaces};
 use crate::geometry::{Pool, Vectors};
 use crate::model::Model;
+use fastened::Fastened;
 use out::{Solid, Way};
 
 /// So many mean edges a second what intersects is brought apart [1/s].
@@ -61,16 +64,20 @@ pub(crate) struct Tangle {
     sides: Vec<([u32; 2], u32)>,
     /// Whether a vertex is on a border.
     border: Vec<bool>,
-    /// Whether anything intersects in this step; nothing below counts where nothing does.
+    fastened: Fastened,
+    /// Whether anything is spared in this step, and whether anything is brought apart; nothing below counts where nothing is spared.
     is_on: bool,
+    brings_apart: bool,
     /// Of cloths at their vertices.
     normals: Vec<DVec3>,
     crossings: Vec<Crossing>,
     asked: Vec<Asked>,
     /// Vertices of surfaces without inside near crossings, or on the wrong side.
     zone: Vec<bool>,
-    /// Vertices of cloths inside of bodies, and edges and triangles (corners in rising order) that pass through closed ones.
+    /// Vertices of cloths inside of bodies, or fastened there, and edges and triangles (corners in rising order) that pass through closed ones.
     sunk: Vec<(u32, Owner)>,
+    /// Whether a vertex is fastened in a body.
+    stays: Vec<bool>,
     edges: Vec<([u32; 2], Owner)>,
     triangles: Vec<([u32; 3], Owner)>,
 }
@@ -92,18 +99,21 @@ impl Tangle {
             side[0].0.iter().for_each(|&vertex| border[vertex as usize] = true);
         }
         Self {
-            solids,
             layers: model.contact.cloths.iter().map(|side| side.layer).collect(),
             cell: model.contact.cell,
             most: 0.0,
             sides,
             border,
+            fastened: Fastened::new(model),
             is_on: false,
+            brings_apart: false,
+            solids,
             normals: Vec::new(),
             crossings: Vec::new(),
             asked: Vec::new(),
             zone: vec![false; surfaces.count()],
             sunk: Vec::new(),
+            stays: vec![false; surfaces.count()],
             edges: Vec::new(),
             triangles: Vec::new(),
         }
@@ -111,20 +121,26 @@ impl Tangle {
 
     /// Nothing intersects.
     pub fn rest(&mut self) {
-        self.is_on = false;
+        (self.is_on, self.brings_apart) = (false, false);
     }
 
-    /// How far a step brings things apart [m]; none where nothing intersects.
+    /// Whether anything is spared: the next step has to look again.
+    pub fn is_on(&self) -> bool {
+        self.is_on
+    }
+
+    /// How far a step brings things apart [m]; none where it brings nothing apart.
     pub fn most(&self) -> Option<f64> {
-        self.is_on.then_some(self.most)
+        self.brings_apart.then_some(self.most)
     }
 
     /// What is asked for in this step.
     pub fn asked(&self) -> &[Asked] {
-        if self.is_on { &self.asked } else { &[] }
+        if self.brings_apart { &self.asked } else { &[] }
     }
 
-    /// Looks for what intersects at the start of a step of so many seconds, and asks for rows. Returns at how many places.
+    /// Looks for what intersects at the start of a step of so many seconds, and asks for rows. Returns at how many places, without those
+    /// where cloth is fastened.
     pub fn look(&mut self, surfaces: &mut Surfaces, x: &[DVec3], step: f64) -> usize {
         self.crossings.clear();
         self.asked.clear();
@@ -141,10 +157,17 @@ impl Tangle {
         self.most = most;
         self.find_normals(surfaces, x);
         self.find_crossings(surfaces, x);
+        self.find_fastened(surfaces, x);
         let inside = self.find_sunk(surfaces, x, most) + self.find_thick(surfaces, x, most);
-        let count = self.crossings.len() + inside;
-        self.is_on = count > 0;
-        if self.is_on {
+        let count = inside + self.crossings.iter().filter(|crossing| !self.is_fastened(crossing)).count();
+        self.brings_apart = count > 0;
+        if !self.brings_apart {
+            // What is in a body as rounding has it is none of this.
+            let stays = &self.stays;
+            self.sunk.retain(|&(vertex, _)| stays[vertex as usize]);
+        }
+        self.is_on = self.brings_apart || !self.sunk.is_empty();
+        if self.brings_apart {
             self.zone.fill(false);
             self.leave_closed(surfaces, x, most);
             let settled = self.take_sides(surfaces, x, most);
@@ -202,6 +225,19 @@ impl Tangle {
 
     fn is_sunk(&self, vertex: u32, body: Owner) -> bool {
         self.sunk.binary_search(&(vertex, body)).is_ok()
+    }
+
+    /// Whether a vertex is fastened in a body.
+    pub fn stays(&self, vertex: u32, body: Owner) -> bool {
+        self.is_on && self.stays[vertex as usize] && self.is_sunk(vertex, body)
+    }
+
+    /// Whether an edge passes through a triangle because cloth is fastened in a body.
+    fn is_fastened(&self, &Crossing { edge, triangle, owners: [one, other], .. }: &Crossing) -> bool {
+        let stays = |feature: &[u32], body: Owner| {
+            feature.iter().any(|&vertex| self.stays[vertex as usize] && self.is_sunk(vertex, body))
+        };
+        stays(&edge, other) || stays(&triangle, one)
     }
 
     /// Takes from velocities what the rows have brought apart: it does not fly on. `d` is how far bodies go in a step of so many

@@ -53,10 +53,12 @@ impl Solid {
                 let part = if square > 0.0 { (line.dot(place - start) / square).clamp(0.0, 1.0) } else { 0.0 };
                 let away = place - (start + line * part);
                 let (distance, radius) = (away.length(), surfaces.skins[thick.owner as usize].radius);
-                // What is in the very middle has no nearest way; its neighbours take it along.
-                (distance < radius && distance > 1e-9 * radius).then(|| Way {
+                // In the very middle all ways are alike.
+                let any = || if square > 0.0 { line.normalize().any_orthonormal_vector() } else { DVec3::Z };
+                let is_middle = distance <= 1e-9 * radius;
+                (distance < radius).then(|| Way {
                     depth: radius - distance,
-                    normal: away / distance,
+                    normal: if is_middle { any() } else { away / distance },
                     corners: [from, to, to],
                     parts: [1.0 - part, part, 0.0],
                 })

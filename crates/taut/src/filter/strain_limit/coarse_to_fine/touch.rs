@@ -147,7 +147,7 @@ impl Touch {
         self.contact.start(model, origins, positions, bodies, pool);
         self.contact.go_on(crept, part);
         limited.penetrations = self.contact.untangle(state.may_cross, stride.plan.length) as u32;
-        state.may_cross = limited.penetrations > 0;
+        state.may_cross = self.contact.may_cross();
         self.where_is.tell(&state.positions, units, ends, pool);
         self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
         self.contact.find_rows(pool);
