@@ -5,16 +5,18 @@
 //! not, it does not try for a while. So what is pinched is not struck anew in every step. A rigid body is held back as a whole, one
 //! whose vertices follow an array only where cloth holds them: its skin gives way there.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::filter::CATCHES_UP;
-use crate::model::Model;
+use crate::model::{Body, Model};
 use crate::schedule::Stride;
 use crate::state::State;
 
 /// The first try is this part of a cell [1]; so many steps pass before it where none was of use.
 const FIRST_TRY: f64 = 1e-3;
 const WAITS: f32 = 16.0;
+/// A body goes along where its way is beside that of the cloth by this part of it at most [1].
+const ALONG: f64 = 0.1;
 
 /// Bodies of a step.
 pub(super) struct Led {
@@ -71,8 +73,15 @@ impl Led {
         self.path[0].iter().zip(&state.bodies).map(move |(path, place)| path.distance(*place) > first)
     }
 
-    /// Lets bodies go only the part of their ways that `factors` of their vertices say [1].
-    pub fn shorten(&mut self, Stride { model, inputs, .. }: Stride<'_>, state: &State, factors: &[f64]) {
+    /// Whether a body goes such a way, or some place of one that turns as well does [m].
+    pub fn goes_along(&self, body: &Body, state: &State, way: DVec3) -> bool {
+        let beside = |at: usize| (self.ends[at] - state.bodies[at]).distance(way);
+        body.vertices.clone().any(|at| beside(at) <= ALONG * way.length())
+    }
+
+    /// Lets bodies go only the part of their ways that `factors` of their vertices say [1]; those that go along with a cloth, whose way
+    /// is among `frames` [m], that part of what they go beside it.
+    pub fn shorten(&mut self, Stride { model, inputs, .. }: Stride<'_>, state: &State, factors: &[f64], frames: &[Vec3]) {
         for (index, body) in model.bodies.list.iter().enumerate() {
             let own = body.vertices.clone();
             let least = factors[own.clone()].iter().copied().fold(1.0, f64::min);
@@ -81,9 +90,11 @@ impl Led {
             }
             self.went[index] *= least;
             let gives_way = inputs.bodies.deforms(index);
+            let mut moving = frames.iter().map(|frame| frame.as_dvec3()).filter(|frame| *frame != DVec3::ZERO);
+            let frame = moving.find(|frame| self.goes_along(body, state, *frame)).unwrap_or_default();
             for at in own {
                 let part = if gives_way { factors[at] } else { least };
-                self.ends[at] = state.bodies[at].lerp(self.ends[at], part);
+                self.ends[at] = (state.bodies[at] + frame).lerp(self.ends[at], part);
             }
         }
     }

@@ -9,6 +9,7 @@
 //!    what is closest at the time of impact, and 2 goes on; where that does not help, the step is shortened there.
 
 mod held;
+mod shorten;
 
 use std::ops::Range;
 
@@ -18,10 +19,8 @@ use super::brake::{Lying, left_under_load};
 use super::descent::Descent;
 use super::ease;
 use super::gains::Gains;
-use super::impulse::take_back;
 use super::joint::Joint;
 use super::led::Led;
-use super::motion::{lost, way_of_all};
 use super::unit::Unit;
 use super::where_is::{NONE, WhereIs};
 use super::worklist::Worklist;
@@ -49,12 +48,6 @@ const REPAIRS: usize = 4;
 const REPAIRS_IF_CALM: usize = 16;
 /// .. and less often where bodies that can stay behind pinch it.
 const REPAIRS_IF_PINCHED: usize = 2;
-/// So often a step is shortened where it would cross something; from some round on by half as much again, and then everything stays.
-const SHORTENED: usize = 12;
-const HALVED: usize = 6;
-/// What touches is shortened towards where it starts, and its velocities are seen from where nothing moves.
-const WORLD: Option<Vec3> = Some(Vec3::ZERO);
-
 /// Contact, and what a step is gone through with.
 pub(super) struct Touch {
     pub(super) contact: Contact,
@@ -79,6 +72,7 @@ pub(super) struct Touch {
     gains: Gains,
     stops: Vec<f64>,
     stopped: Vec<u32>,
+    frames: Vec<Vec3>,
     joint: Joint,
 }
 
@@ -108,6 +102,7 @@ impl Touch {
             gains: Gains::default(),
             stops: vec![1.0; model.bodies.rest.len()],
             stopped: Vec::new(),
+            frames: Vec::new(),
             joint: Joint::new(model, units),
         })
     }
@@ -152,7 +147,7 @@ impl Touch {
         self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
         self.contact.find_rows(pool);
         if self.contact.rows.stop_bodies(&self.contact.places, &mut self.stops) {
-            self.led.shorten(stride, state, &self.stops);
+            self.led.shorten(stride, state, &self.stops, &[]);
             self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
             self.contact.rows.arrange(&self.contact.places, pool);
         }
@@ -164,6 +159,7 @@ impl Touch {
                 unit.stand(state, &self.proposed, &model.particles.inverse_mass, descent);
             }
         }
+        self.find_frames(units, model, state);
         self.contact.rows.take_behind(self.led.behind(model, state));
         limited.pinched = self.contact.rows.share() as u32;
         self.grip(units);
@@ -384,50 +380,13 @@ impl Touch {
             units.iter().for_each(|unit| ease::ease(stride, unit.cloth(), state, &self.proposed, ends, most));
         }
         for (unit, descent) in units.iter_mut().zip(&self.descents).filter(|(_, descent)| is_needed(descent)) {
-            let frames = if touches { [None, WORLD] } else { [descent.frame; 2] };
+            let frames = if touches { self.frames_of(unit) } else { [descent.frame; 2] };
             let verdict = unit.certify(stride, state, ends, frames, pool);
             limited.cuts += u32::from(verdict.cut);
             limited.held_back_pins += u32::from(verdict.held_back_pins);
             limited.lost_motion = limited.lost_motion.max(verdict.lost_motion);
         }
         limited
-    }
-
-    /// Lets what would cross go only a part of its way, and what hangs on it. Returns the part of the motion that was lost [1].
-    fn shorten(&mut self, units: &mut [Unit], stride: Stride<'_>, state: &mut State, ends: &mut Vectors, pool: &Pool) -> f64 {
-        let (model, step) = (stride.model, stride.plan.length as f32);
-        let all = way_of_all(model, &state.positions, ends);
-        let before = ends.clone();
-        for round in 0..SHORTENED {
-            self.contact.cuts.shorten(if round < HALVED { 1.0 } else { 0.5 });
-            let cuts = &self.contact.cuts;
-            for &vertex in &cuts.shortened {
-                let (vertex, factor) = (vertex as usize, cuts.factors[vertex as usize]);
-                if vertex < model.particle_count() {
-                    let (start, end) = (state.positions.get(vertex), ends.get(vertex));
-                    let now = start + (end - start) * factor as f32;
-                    take_back(&mut state.velocities, vertex, now - end, WORLD, step);
-                    ends.set(vertex, now);
-                }
-            }
-            self.led.shorten(stride, state, &cuts.factors[model.particle_count()..]);
-            for unit in units.iter_mut() {
-                unit.certify(stride, state, ends, [None, WORLD], pool);
-            }
-            self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
-            self.contact.certify(pool);
-            if self.contact.cuts.list.is_empty() {
-                return lost(model, &before, ends, all);
-            }
-        }
-        // Where everything is, nothing crosses.
-        for particle in 0..ends.len() {
-            let (start, end) = (state.positions.get(particle), ends.get(particle));
-            take_back(&mut state.velocities, particle, start - end, WORLD, step);
-            ends.set(particle, start);
-        }
-        self.led.stop(state);
-        1.0
     }
 }
 
