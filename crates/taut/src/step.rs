@@ -136,7 +136,7 @@ impl Work {
     fn follow(&mut self, model: &Model, inputs: &Inputs) {
         if inputs.grips.particles() != self.held {
             inputs.grips.particles().clone_into(&mut self.held);
-            self.renew(model);
+            self.rebuild(model, Filter::follow);
         }
     }
 
@@ -160,13 +160,18 @@ impl Work {
             }
         }
         if let (true, Some(model)) = (changed, &self.as_held) {
-            self.filter = Filter::new(model, &self.plan);
+            self.filter.follow(model, &self.plan);
             self.filter.set_clock(self.clock);
         }
     }
 
     /// Makes anew what may remember a step: after one that failed nothing of it is left.
     pub(crate) fn renew(&mut self, model: &Model) {
+        self.rebuild(model, |filter, model, plan| *filter = Filter::new(model, plan));
+    }
+
+    /// Makes anew what depends on what is held and on limits.
+    fn rebuild(&mut self, model: &Model, filter: impl FnOnce(&mut Filter, &Model, &Plan)) {
         self.as_held = (!self.held.is_empty()).then(|| model.holding(&self.held));
         for (cloth, limit) in self.limits.iter().enumerate() {
             if let Some(limit) = *limit {
@@ -177,7 +182,7 @@ impl Work {
         let plan = self.schedule.plan(model, self.schedule.step_length);
         self.forces = Forces::new(model);
         self.integrator = Integrator::new(model, &plan);
-        self.filter = Filter::new(model, &plan);
+        filter(&mut self.filter, model, &plan);
         self.filter.set_clock(self.clock);
         self.plan = plan;
     }

@@ -102,6 +102,16 @@ impl Contact {
         })
     }
 
+    /// The same of a model in which only limits, or what is held, have changed; it remembers nothing of the steps before.
+    pub fn renewed(mut self, model: &Model) -> Self {
+        self.surfaces.weigh(model);
+        self.rows = Rows::new(model, &self.surfaces);
+        self.cuts = certificate::Cuts::new(self.surfaces.count());
+        self.detection = detect::Detection::new(self.surfaces.count());
+        self.tangle = Tangle::new(model, &self.surfaces);
+        self
+    }
+
     /// Takes where a step starts: particles from the origins of their cloths, vertices of bodies in the world [m].
     pub fn start(&mut self, model: &Model, origins: &[DVec3], positions: &Vectors, bodies: &[DVec3], pool: &Pool) {
         fill(&mut self.places.x, model, origins, positions, bodies, pool);

@@ -141,8 +141,7 @@ impl Surfaces {
             *reach =
                 near.of(vertex).iter().map(|&other| rest[vertex].distance_squared(rest[other as usize])).fold(*reach, f32::max);
         }
-        let mut weights = model.particles.inverse_mass.clone();
-        weights.resize(all, 0.0);
+        let weights = weights_of(model, all);
         Some(Self {
             cloths,
             bodies: surfaces,
@@ -159,6 +158,11 @@ impl Surfaces {
             weights,
             particles,
         })
+    }
+
+    /// Takes what is held in a model that is the same but for that.
+    pub fn weigh(&mut self, model: &Model) {
+        self.weights = weights_of(model, self.count());
     }
 
     /// The number of vertices.
@@ -230,6 +234,13 @@ impl Surfaces {
             self.rest[a as usize].distance_squared(self.rest[b as usize]) <= self.reaches[self.owners[a as usize] as usize];
         is_in_reach && self.near.of(a as usize).binary_search(&b).is_ok()
     }
+}
+
+/// 1/mass of all particles and of so many vertices together with those of bodies [1/kg].
+fn weights_of(model: &Model, vertices: usize) -> Vec<f32> {
+    let mut weights = model.particles.inverse_mass.clone();
+    weights.resize(vertices, 0.0);
+    weights
 }
 
 /// The links of a network.

@@ -80,7 +80,14 @@ impl Filter {
     /// The filter that the model's solver asks for, set up for steps that are planned like this one.
     #[must_use]
     pub fn new(model: &Model, plan: &Plan) -> Self {
-        Self { strain_limit: strain_limit::new(model, plan), watch: Watch::default() }
+        Self { strain_limit: strain_limit::new(model, plan, None), watch: Watch::default() }
+    }
+
+    /// Follows a model in which limits, or what is held, have changed. What can touch stays the same, and takes far longer to make than the
+    /// rest.
+    pub fn follow(&mut self, model: &Model, plan: &Plan) {
+        let contact = self.strain_limit.take_contact();
+        self.strain_limit = strain_limit::new(model, plan, contact);
     }
 
     /// Takes a clock of the host [s], if it brought one.

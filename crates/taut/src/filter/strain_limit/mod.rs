@@ -9,7 +9,7 @@ mod comparison;
 mod none;
 
 use super::Limited;
-use crate::contact::Touching;
+use crate::contact::{Contact, Touching};
 use crate::geometry::{Pool, Vectors, Watch};
 use crate::model::Model;
 use crate::scene::FilterKind;
@@ -30,18 +30,24 @@ pub(super) trait StrainLimit: Send + Sync {
     /// Forgets that.
     fn forget_touching(&mut self) {}
 
+    /// Gives away what it knows of contact, if it knows any: to the filter that takes its place.
+    fn take_contact(&mut self) -> Option<Contact> {
+        None
+    }
+
     /// What measures the time of contact, where the method knows any.
     fn watch(&mut self) -> Option<&mut Watch> {
         None
     }
 }
 
-/// The method that the model's solver asks for, set up for steps that are planned like this one.
-pub(super) fn new(model: &Model, plan: &Plan) -> Box<dyn StrainLimit> {
+/// The method that the model's solver asks for, set up for steps that are planned like this one; with contact that the one before it gave
+/// away, if it did.
+pub(super) fn new(model: &Model, plan: &Plan, contact: Option<Contact>) -> Box<dyn StrainLimit> {
     match model.solver.filter {
         FilterKind::None => Box::new(none::None),
         FilterKind::Sequential => Box::new(comparison::Sequential::new(model)),
-        FilterKind::CoarseToFine => Box::new(coarse_to_fine::CoarseToFine::new(model, plan)),
+        FilterKind::CoarseToFine => Box::new(coarse_to_fine::CoarseToFine::new(model, plan, contact)),
         FilterKind::Sweeps => Box::new(comparison::Sweeps::new(model)),
         FilterKind::Provot => Box::new(comparison::Provot::new(model)),
         FilterKind::Rods => Box::new(comparison::Rods::new(model)),

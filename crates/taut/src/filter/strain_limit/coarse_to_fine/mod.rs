@@ -34,7 +34,7 @@ use super::StrainLimit;
 use crate::filter::Limited;
 use glam::Vec3;
 
-use crate::contact::{Obstacle, Touching};
+use crate::contact::{Contact, Obstacle, Touching};
 use crate::geometry::{CHUNK, Pool, Vectors, Watch};
 use crate::model::{ClothRange, Model};
 use crate::schedule::{Plan, Stride};
@@ -211,10 +211,12 @@ pub(super) struct CoarseToFine {
 }
 
 impl CoarseToFine {
-    pub(super) fn new(model: &Model, plan: &Plan) -> Self {
+    /// Set up for steps that are planned like this one; with the `contact` of the same model as it was before limits or what is held changed, if
+    /// there is any.
+    pub(super) fn new(model: &Model, plan: &Plan, contact: Option<Contact>) -> Self {
         let units: Vec<Unit> =
             model.cloths.iter().enumerate().filter_map(|(index, cloth)| Unit::new(model, index, cloth, plan)).collect();
-        let touch = Touch::new(model, &units);
+        let touch = Touch::new(model, &units, contact);
         let held = units.iter().filter_map(|unit| Apart::new(model, unit.cloth(), unit.levels().back_off() / FINEST)).collect();
         Self { units, held, corrections: Vectors::zeros(model.particle_count()), touch }
     }
@@ -242,6 +244,10 @@ impl StrainLimit for CoarseToFine {
         if let Some(touch) = &mut self.touch {
             touch.contact.rows.clear();
         }
+    }
+
+    fn take_contact(&mut self) -> Option<Contact> {
+        self.touch.take().map(|touch| touch.contact)
     }
 
     fn watch(&mut self) -> Option<&mut Watch> {

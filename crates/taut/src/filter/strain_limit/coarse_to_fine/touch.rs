@@ -77,8 +77,11 @@ pub(super) struct Touch {
 }
 
 impl Touch {
-    pub fn new(model: &Model, units: &[Unit]) -> Option<Self> {
-        let contact = Contact::new(model)?;
+    pub fn new(model: &Model, units: &[Unit], contact: Option<Contact>) -> Option<Self> {
+        let contact = match contact {
+            Some(contact) => contact.renewed(model),
+            None => Contact::new(model)?,
+        };
         let mut where_is = vec![(NONE, 0); model.particle_count()];
         for (index, unit) in (0..).zip(units) {
             let own = (0..).zip(&mut where_is[unit.cloth().particles()]);
