@@ -24,9 +24,7 @@ pub(super) fn check(paths: &Paths, model: &Model) -> Result<(), SceneError> {
     if moments.is_empty() {
         return Ok(());
     }
-    let steps = |spring: usize| (springs.ends[spring], springs.greatest_length(spring));
-    let both = (0..springs.type1).map(steps).flat_map(|([a, b], length)| [(a, (b, length)), (b, (a, length))]);
-    let graph = Adjacency::new(particles, both);
+    let graph = Adjacency::new(particles, springs.ways(0..springs.type1));
     for (index, one) in groups.iter().enumerate() {
         // What follows an array is held back where the cloth cannot follow; its frames are too many to look at all.
         let Some(travel) = paths.travel(index) else { continue };

@@ -1,5 +1,7 @@
 //! All springs of all cloths, as arrays.
 
+use std::ops::Range;
+
 use crate::scene::FilterKind;
 
 /// What a spring is for.
@@ -74,5 +76,11 @@ impl Springs {
     #[must_use]
     pub fn greatest_length(&self, spring: usize) -> f32 {
         (1.0 + self.strain_limit[spring]) * self.rest[spring]
+    }
+
+    /// Both ways along some springs: from one end to the other, and how long the spring may become [m].
+    pub(crate) fn ways(&self, run: Range<usize>) -> impl Iterator<Item = (u32, (u32, f32))> + Clone + '_ {
+        let steps = run.map(|spring| (self.ends[spring], self.greatest_length(spring)));
+        steps.flat_map(|([a, b], length)| [(a, (b, length)), (b, (a, length))])
     }
 }

@@ -22,9 +22,8 @@ impl Fastened {
     pub fn new(model: &Model) -> Self {
         let (springs, particles) = (&model.springs, model.particle_count());
         let pinned: Vec<u32> = model.particles.held(0..particles).map(|particle| particle as u32).collect();
-        let steps = (0..springs.type1).map(|spring| (springs.ends[spring], springs.greatest_length(spring)));
-        let both = steps.flat_map(|([a, b], length)| [(a, (b, length)), (b, (a, length))]);
-        let Reach { lengths, from } = Reach::new(&Adjacency::new(particles, both), particles, &pinned);
+        let graph = Adjacency::new(particles, springs.ways(0..springs.type1));
+        let Reach { lengths, from } = Reach::new(&graph, particles, &pinned);
         let within = (0..particles as u32).filter(|&particle| lengths[particle as usize].is_finite());
         let mut within: Vec<(u32, (u32, f32))> =
             within.map(|particle| (from[particle as usize], (particle, lengths[particle as usize] as f32))).collect();

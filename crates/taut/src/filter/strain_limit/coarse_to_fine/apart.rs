@@ -108,10 +108,11 @@ pub(super) fn way_of_held(held: &[usize], positions: &Vectors, ends: &Vectors) -
 impl Reaches {
     fn new(model: &Model, cloth: &ClothRange, held: &[usize]) -> Self {
         let springs = &model.springs;
-        let local = |spring: usize| springs.ends[spring].map(|end| end - cloth.first as u32);
+        let first = cloth.first as u32;
+        let local = |spring: usize| springs.ends[spring].map(|end| end - first);
         let all = cloth.springs.clone().map(|spring| (local(spring), springs.greatest_length(spring)));
         let is_held = |end: u32| model.particles.inverse_mass[cloth.first + end as usize] == 0.0;
-        let both = all.clone().flat_map(|([a, b], length)| [(a, (b, length)), (b, (a, length))]);
+        let both = springs.ways(cloth.springs.clone()).map(|(a, (b, length))| (a - first, (b - first, length)));
         let of_held = both.clone().filter(|(a, (b, _))| is_held(*a) && is_held(*b));
         let [graph, of_held] = [Adjacency::new(cloth.count, both), Adjacency::new(cloth.count, of_held)];
         let sources: Vec<u32> = held.iter().map(|particle| (particle - cloth.first) as u32).collect();

@@ -48,6 +48,7 @@ const REPAIRS: usize = 4;
 const REPAIRS_IF_CALM: usize = 16;
 /// .. and less often where bodies that can stay behind pinch it.
 const REPAIRS_IF_PINCHED: usize = 2;
+
 /// Contact, and what a step is gone through with.
 pub(super) struct Touch {
     pub(super) contact: Contact,
@@ -72,6 +73,7 @@ pub(super) struct Touch {
     gains: Gains,
     stops: Vec<f64>,
     stopped: Vec<u32>,
+    /// What carries each cloth along, by its number, where a step is shortened [m]; zero where nothing does.
     frames: Vec<Vec3>,
     joint: Joint,
 }
