@@ -6,6 +6,7 @@
 
 mod air_drag;
 mod bending;
+mod imperfection;
 mod internal;
 mod stiffness;
 mod wind;
@@ -68,6 +69,7 @@ fn external_at(stride: Stride<'_>, moment: Moment<'_>, forces: &mut Forces, pool
     let (wind, gravity) = (&forces.wind, stride.inputs.gravity.at(moment.time).as_vec3());
     forces.acceleration.for_each_chunk(pool, |mut chunk| {
         gravity_and_drag(stride, gravity, moment.velocities, &mut chunk);
+        imperfection::accelerate(stride, gravity, &mut chunk);
         wind.accelerate(stride, &mut chunk);
     });
 }

@@ -245,6 +245,8 @@ impl Assembly {
             hierarchy: None,
             index: self.cloths.len(),
             size: 0.0,
+            extends: None,
+            imperfection: cloth.imperfection as f32,
             strain_limit: cloth.tightest_limit(),
             fastest: LevelRate::default(),
             rates: Vec::new(),
@@ -278,6 +280,7 @@ impl Assembly {
             range.springs = next..next + of_cloth.count();
             next = range.springs.end;
             range.size = extent::size(&springs, range.springs.clone(), &self.particles.rest);
+            range.extends = extent::flat(&self.particles.rest, range.particles());
             if let Some(lattice) =
                 cloth.grid.as_ref().filter(|_| !scene.has_contact()).and_then(|grid| Lattice::new(grid, range, &springs))
             {

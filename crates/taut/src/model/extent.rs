@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::Springs;
 use crate::geometry::Vectors;
@@ -22,16 +22,47 @@ pub(super) fn size(springs: &Springs, which: Range<usize>, rest: &Vectors) -> f6
     if length > 0.0 { (6.0 * (square / length - (middle / length).length_squared()).max(0.0)).sqrt() } else { 0.0 }
 }
 
+/// Places less than this part of a cloth off its plane are in it: rounding leaves no more.
+const FLAT: f64 = 1e-6;
+
+/// Directions in which some points extend, of length one and at right angles, the second one zero if they are in a line; none if they
+/// are not in a plane, or all in one place.
+pub(super) fn flat(points: &Vectors, which: Range<usize>) -> Option<[Vec3; 2]> {
+    let from = points.get(which.start).as_dvec3();
+    let farthest = |axes: &[DVec3]| {
+        let ways = which.clone().map(|point| {
+            let way = points.get(point).as_dvec3() - from;
+            axes.iter().fold(way, |way, axis| way - *axis * axis.dot(way))
+        });
+        ways.fold(DVec3::ZERO, |most, way| if way.length_squared() > most.length_squared() { way } else { most })
+    };
+    let long = farthest(&[]);
+    let one = long.try_normalize()?;
+    let seen = FLAT * long.length();
+    let broad = farthest(&[one]);
+    if broad.length() <= seen {
+        return Some([one.as_vec3(), Vec3::ZERO]);
+    }
+    let other = broad.normalize();
+    (farthest(&[one, other]).length() <= seen).then(|| [one.as_vec3(), other.as_vec3()])
+}
+
 #[cfg(test)]
 mod tests {
     use serde_json::json;
 
-    use crate::model::Model;
+    use glam::Vec3;
+
+    use crate::model::{ClothRange, Model};
     use crate::scene::Scene;
 
-    fn size(shape: &serde_json::Value) -> f64 {
+    fn cloth(shape: &serde_json::Value) -> ClothRange {
         let scene = Scene::from_json(&json!({ "cloth": [shape] }).to_string()).expect("a valid scene");
-        Model::build(&scene, &std::collections::BTreeMap::new()).expect("a model").cloths[0].size
+        Model::build(&scene, &std::collections::BTreeMap::new()).expect("a model").cloths[0].clone()
+    }
+
+    fn size(shape: &serde_json::Value) -> f64 {
+        cloth(shape).size
     }
 
     #[test]
@@ -50,5 +81,25 @@ mod tests {
         }
         let points = json!({ "network": { "points": [[0, 0, 0]], "links": [] } });
         assert_eq!(size(&points), 0.0);
+    }
+
+    #[test]
+    fn a_cloth_is_flat_if_its_points_are_in_a_plane_or_in_a_line() {
+        for turn in [0.0, 31.0, 90.0] {
+            let sheet = json!({
+                "grid": { "size": [2.0, 1.0], "cells": [40, 20] }, "rotate": [turn, 40.0, 50.0], "translate": [90.0, 3.0, 0.0],
+            });
+            let [one, other] = cloth(&sheet).extends.expect("a grid is flat");
+            assert!((one.length() - 1.0).abs() < 1e-6 && (other.length() - 1.0).abs() < 1e-6 && one.dot(other).abs() < 1e-6);
+        }
+        let net = |last: f64| {
+            let points = [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [2.0, 2.0, 0.0], [3.0, 3.0, last]];
+            cloth(&json!({ "network": { "points": points, "links": [[0, 1], [1, 2], [2, 3]] } })).extends
+        };
+        assert_eq!(net(0.0), Some([Vec3::new(1.0, 1.0, 0.0).normalize(), Vec3::ZERO]));
+        assert!(net(0.1).is_some_and(|[_, other]| other.length() > 0.9));
+        let points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
+        assert_eq!(cloth(&json!({ "network": { "points": points, "links": [[0, 1], [0, 2], [0, 3]] } })).extends, None);
+        assert_eq!(cloth(&json!({ "network": { "points": [[1, 2, 3]], "links": [] } })).extends, None);
     }
 }

@@ -49,6 +49,8 @@ pub(crate) use reach::Reach;
 pub use springs::{SpringKind, Springs};
 pub use surface::{Search, Surface};
 
+use glam::Vec3;
+
 use crate::geometry::Vectors;
 use crate::scene::Solver;
 
@@ -128,6 +130,11 @@ pub struct ClothRange {
     pub index: usize,
     /// How large it is: the side of a square that is as widely spread [m].
     pub size: f64,
+    /// Directions in which it extends at the start, of length one and at right angles, a zero for each that is missing; none if it
+    /// is not flat.
+    pub extends: Option<[Vec3; 2]>,
+    /// Gravity leans so far from particle to particle at most, if it is flat [rad].
+    pub imperfection: f32,
     /// Its strain limit [1].
     pub strain_limit: f64,
     /// How fast it can vibrate.

@@ -77,6 +77,8 @@ pub struct Cloth {
     /// Of two cloths that intersect at the start, the one with the higher layer is brought to the outside [1]; those of one layer go each to the side where most of it is.
     #[serde(skip_serializing_if = "is_zero")]
     pub layer: u32,
+    /// Gravity leans so far from point to point at most, across what is flat and has gravity in its plane, which would never buckle [rad]; 0 leaves it out.
+    pub imperfection: f64,
     /// What is held.
     pub pins: Vec<Pin>,
     /// What hangs on it: extra masses, which the air does not see.
@@ -112,6 +114,7 @@ impl Default for Cloth {
             thickness: None,
             friction: None,
             layer: 0,
+            imperfection: 1e-5,
             pins: Vec::new(),
             weights: Vec::new(),
         }

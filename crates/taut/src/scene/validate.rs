@@ -166,6 +166,7 @@ fn check_cloth(at: &str, cloth: &Cloth, vertices: &mut u64) -> Check {
     curves::check(at, cloth)?;
     check_material(at, cloth)?;
     contact::check_cloth(at, cloth)?;
+    constant(&format!("{at}.imperfection"), cloth.imperfection, 1e-2, "1e-5")?;
     for (index, pin) in cloth.pins.iter().enumerate() {
         check_pin(&format!("{at}.pins[{index}]"), pin, cloth)?;
     }
