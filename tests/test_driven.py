@@ -116,3 +116,30 @@ def test_pins_that_each_pair_of_springs_would_bear_wait_and_come_back() -> None:
             assert reports[-1].held_back_pins > 0
             assert (away > 1 + 0.9 * LIMIT).all()
     assert simulation.positions[1:] == pytest.approx(outwards, abs=1e-4)
+
+
+@pytest.mark.parametrize(("across", "seed"), [(16, 1), (16, 2), (24, 2)])
+def test_a_tarpaulin_that_is_drawn_too_tight_over_a_ridge_goes_on_flapping(across: int, seed: int) -> None:
+    """What draws it goes back a little, where the ridge and the limit leave no way at all."""
+    vertices, faces = irregular_sheet((across, across * 4 // 3), (1.8, 2.4), seed)
+    places = vertices + [-0.9, -1.2, 1.23]
+    pins = [
+        {"nearest": [x, y, 1.23], "move": [[0.1, [0, 0, 0]], [1.5, [0, -0.25 * y, -0.9]]]}
+        for x in (-0.9, 0, 0.9)
+        for y in (-1.2, 1.2)
+    ]
+    cloth = {"name": "tarp", "mesh": "tarp", "pins": pins, "thickness": 0.002, "bending": "fabric"}
+    cloth |= {"density": 0.2, "strain_limit": 0.05}
+    ridge = {"name": "ridge", "capsule": {"from": [-1, 0, 1.2], "to": [1, 0, 1.2], "radius": 0.02}}
+    wind = {"velocity": [2, 6, 0], "gust": {"strength": 0.5, "period": 1, "seed": 3}}
+    document = {"fps": 60, "body": [ridge], "cloth": [cloth], "wind": wind}
+    simulation = Simulation(Scene(document, {"tarp": (places, faces)}), 1)
+    cuts, frames = 0, []
+    for _ in range(180):
+        report = simulation.run(1)
+        cuts += report.contact_cuts
+        assert report.penetrations == 0
+        frames.append(simulation.positions.copy())
+    speeds = 60 * np.linalg.norm(np.diff(np.array(frames[-60:]), axis=0), axis=2)
+    assert cuts < 100
+    assert np.sqrt((speeds**2).mean()) > 0.3

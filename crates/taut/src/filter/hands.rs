@@ -16,7 +16,7 @@ pub(super) const PACE_DECREASE: f64 = 0.25;
 /// .. and for this much more in every step in which they did not.
 pub(super) const PACE_INCREASE: f64 = 1.1;
 /// Less of its speed a pin never asks for: it must notice that the cloth lets it go on.
-const LEAST_PACE: f64 = 1e-3;
+pub(super) const LEAST_PACE: f64 = 1e-3;
 
 /// Starts a step: pins go on towards their places.
 pub(super) fn start(stride: Stride<'_>, state: &mut State) {

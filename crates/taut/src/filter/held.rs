@@ -1,11 +1,13 @@
 //! Held particles go where their path or their target says, whatever pulls at them; but for what is in their way, where they stop
 //! (`stopped.rs` of the rows of contact). Those that were held back come back by a little in each step: what is in their way must be able to
-//! give way, and cloth is not thrown where nothing is in their way any more. Pins go along with their path meanwhile. Of what a user
-//! holds no path is known, only a place: it goes a little further in each step than in the last one, until it is there.
+//! give way, and cloth is not thrown where nothing is in their way any more. Pins go along with their path meanwhile. Where cloth is stuck,
+//! pins that have slowed down already go back on their path until it moves. Of what a user holds no path is known, only a place: it goes a
+//! little further in each step than in the last one, until it is there.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-use super::hands::{PACE_DECREASE, PACE_INCREASE, next_pace};
+use super::Limited;
+use super::hands::{LEAST_PACE, PACE_DECREASE, PACE_INCREASE, next_pace};
 use crate::geometry::Vectors;
 use crate::inputs::Target;
 use crate::schedule::Stride;
@@ -14,6 +16,14 @@ use crate::state::{Behind, State};
 /// What was held back, a pin or a body, comes nearer to its path by this part of what that moves in a step at most [1], or of a cell of the
 /// cloth in an automatic step.
 pub(super) const CATCHES_UP: f64 = 0.25;
+/// What is stuck goes back from there by this part of a cell in an automatic step [1].
+pub(super) const GOES_BACK: f64 = 0.05;
+/// Cloth that loses more than this part of its motion where a step is cut is stuck [1].
+const STUCK: f64 = 0.5;
+/// The pace of pins that go back.
+const BACK: f64 = -1.0;
+/// So often the time is narrowed down when they were where they are, to two thirds each time.
+const NARROWED: usize = 24;
 /// What ends beside its place by more than this part of a cell has been held back [1]: places are rounded.
 const LEAST_WAY: f64 = 1e-3;
 
@@ -32,12 +42,13 @@ pub(super) fn place(stride: Stride<'_>, state: &State, ends: &mut Vectors) {
     Places { stride, state }.for_each(|particle, place| ends.set(particle, place));
 }
 
-/// Ends a step: pins that had to wait where it was cut go on more slowly, and so does what a user holds.
-pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors, was_cut: bool) {
+/// Ends a step: pins that had to wait where it was cut go on more slowly, or back, and so does what a user holds.
+pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors, limited: &Limited, lost: &[f64]) {
     let Stride { model, inputs, .. } = stride;
     if !model.contact.is_on {
         return;
     }
+    let was_cut = limited.contact_cuts > 0 || limited.held_back_pins > 0;
     let least = (LEAST_WAY * model.contact.cell) as f32;
     let is_beside = |particle: usize, place: Vec3| ends.get(particle).distance(place) > least;
     for group in 0..state.offsets.len() {
@@ -50,7 +61,12 @@ pub(super) fn finish(stride: Stride<'_>, state: &mut State, ends: &Vectors, was_
                     waited |= !is_held && is_beside(particle, place);
                 });
             }
-            state.offsets[group].pace = next_pace(state.offsets[group].pace, waited);
+            let is_stuck = was_cut && lost.get(model.pins[group].cloth).is_some_and(|lost| *lost > STUCK);
+            state.offsets[group].pace = match state.offsets[group].pace {
+                pace if is_stuck && pace < 1.0 => BACK,
+                BACK => LEAST_PACE,
+                pace => next_pace(pace, waited),
+            };
         }
     }
     state.behind.retain(|behind| inputs.grips.particles().binary_search(&behind.particle).is_ok());
@@ -135,14 +151,49 @@ impl Places<'_> {
         }
         let (from, pace) = (at(start), state.offsets[number].pace);
         let cell = model.contact.cell * plan.part_of_automatic(&model.cloths[group.cloth]);
-        for (index, &particle) in group.particles.iter().enumerate() {
-            let at = state.positions.get(particle as usize).as_dvec3();
+        let all =
+            || group.particles.iter().map(|&particle| (particle, state.positions.get(particle as usize).as_dvec3())).enumerate();
+        if pace == BACK {
+            let then = self.when_nearest(number, offset);
+            let (now, before) = (at(then), at((then - plan.length).max(0.0)));
+            let way = |index: usize| now.of(index) - before.of(index);
+            let longest = all().map(|(index, _)| way(index).length()).fold(0.0, f64::max);
+            let part = if longest > 0.0 { GOES_BACK * cell / longest } else { 0.0 };
+            all().for_each(|(index, (particle, at))| work(particle as usize, (at - way(index) * part).as_vec3()));
+            return;
+        }
+        for (index, (particle, at)) in all() {
             let (way, back) = (to.of(index) - from.of(index), from.of(index) + offset - at);
             let most = CATCHES_UP * way.length().max(cell);
             let goes_on = pace == 1.0 && back.length() <= most;
             let place = if goes_on { to.of(index) + offset } else { at + (way + back.clamp_length_max(most)) * pace };
             work(particle as usize, place.as_vec3());
         }
+    }
+
+    /// When a pin group would have been about where it is, by its path, which is so far aside [m]: a time before the step [s].
+    fn when_nearest(&self, number: usize, offset: DVec3) -> f64 {
+        let Self { stride: Stride { model, inputs, plan, .. }, state } = *self;
+        let (particles, start) = (&model.pins[number].particles, state.clock.time());
+        let far = |ago: f64| {
+            let path = inputs.pins.places(model, number, (start - ago).max(0.0));
+            let from = |&particle: &u32| state.positions.get(particle as usize).as_dvec3() - offset;
+            particles.iter().enumerate().map(|(index, particle)| path.of(index).distance_squared(from(particle))).sum::<f64>()
+        };
+        let (mut least, mut low, mut high) = (far(0.0), 0.0, plan.length);
+        let mut ago = plan.length;
+        while ago <= start {
+            let here = far(ago);
+            if here < least {
+                (least, low, high) = (here, 0.5 * ago, 2.0 * ago);
+            }
+            ago *= 2.0;
+        }
+        for _ in 0..NARROWED {
+            let third = (high - low) / 3.0;
+            if far(low + third) <= far(high - third) { high -= third } else { low += third }
+        }
+        (start - 0.5 * (low + high)).max(0.0)
     }
 
     /// Whether a pin group waits where something is in its way. Where nothing can be it goes back at once; and one that is moved off its path

@@ -134,7 +134,7 @@ pub fn apply(stride: Stride<'_>, state: &mut State, ends: &mut Vectors, filter: 
     let contact = strain_limit.watch().map(Watch::take).unwrap_or_default();
     let solve = (all - contact.detection - contact.certificate).max(0.0);
     watch.times = watch.times.and(Times { solve, ..contact });
-    held::finish(stride, state, ends, limited.contact_cuts > 0 || limited.held_back_pins > 0);
+    held::finish(stride, state, ends, &limited, strain_limit.lost());
     hands::finish(stride, state, ends, limited.held_back_pins > 0);
     Limited { held_back_pins: limited.held_back_pins.max(limited.beyond_reach), ..limited }
 }

@@ -35,6 +35,11 @@ pub(super) trait StrainLimit: Send + Sync {
         None
     }
 
+    /// The part of its motion that each cloth lost, by its number, in a last step that contact cut [1].
+    fn lost(&self) -> &[f64] {
+        &[]
+    }
+
     /// What measures the time of contact, where the method knows any.
     fn watch(&mut self) -> Option<&mut Watch> {
         None

@@ -18,6 +18,8 @@ use crate::state::State;
 pub(super) struct Gains {
     groups: Vec<Group>,
     parts: Vec<[f64; NUMBERS]>,
+    /// The part of its way that each cloth lost last, by its number [1].
+    pub taken: Vec<f64>,
 }
 
 /// The mass, and four sums of four numbers each.
@@ -50,7 +52,7 @@ struct Sum {
 }
 
 impl Gains {
-    /// Bounds the kinetic energy of what touches something. Returns the largest part of a way that was taken [1].
+    /// Bounds the kinetic energy of what touches something. `taken` says how much of its way each cloth loses.
     pub fn bound(
         &mut self,
         stride: Stride<'_>,
@@ -59,7 +61,7 @@ impl Gains {
         state: &mut State,
         ends: &mut Vectors,
         carried: &[Carried],
-    ) -> f64 {
+    ) {
         let Stride { model, .. } = stride;
         let step = f64::from(lying.length);
         self.find_frames(stride, lying, proposed, carried);
@@ -85,12 +87,13 @@ impl Gains {
             });
             group.take(&numbers);
         }
-        let mut taken: f64 = 0.0;
-        for (cloth, carried) in model.cloths.iter().zip(carried) {
+        self.taken.clear();
+        self.taken.resize(model.cloths.len(), 0.0);
+        for ((cloth, carried), taken) in model.cloths.iter().zip(carried).zip(&mut self.taken) {
             let group = &self.groups[carried.first];
             let [of_ways, of_velocities] = group.parts_that_are_left(step);
             let [(mean, astray), (mean_velocity, astray_velocity)] = [group.mean(&group.ways), group.mean(&group.velocities)];
-            taken = taken.max(1.0 - of_ways);
+            *taken = 1.0 - of_ways;
             if of_ways >= 1.0 && of_velocities >= 1.0 && [astray, astray_velocity] == [DVec3::ZERO; 2] {
                 continue;
             }
@@ -108,7 +111,6 @@ impl Gains {
                 }
             }
         }
-        taken
     }
 
     /// Finds from where the cloths that touch each other are seen.

@@ -250,6 +250,10 @@ impl StrainLimit for CoarseToFine {
         self.touch.take().map(|touch| touch.contact)
     }
 
+    fn lost(&self) -> &[f64] {
+        self.touch.as_ref().map_or(&[], |touch| &touch.lost)
+    }
+
     fn watch(&mut self) -> Option<&mut Watch> {
         self.touch.as_mut().map(|touch| &mut touch.contact.watch)
     }

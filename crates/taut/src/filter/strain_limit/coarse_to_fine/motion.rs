@@ -90,13 +90,13 @@ impl WithSimd for Energy<'_> {
     }
 }
 
-/// Sum of M |D| of all particles of a model [kg m].
-pub(super) fn way_of_all(model: &Model, from: &Vectors, to: &Vectors) -> f64 {
+/// Sum of M |D| of the particles of each cloth [kg m].
+pub(super) fn ways<'a>(model: &'a Model, from: &'a Vectors, to: &'a Vectors) -> impl Iterator<Item = f64> + 'a {
     let way = |particle: usize| f64::from(model.particles.mass[particle] * (to.get(particle) - from.get(particle)).length());
-    (0..from.len()).map(way).sum()
+    model.cloths.iter().map(move |cloth| cloth.particles().map(way).sum())
 }
 
-/// The part of such a sum that is lost [1], of which `all` is the whole.
-pub(super) fn lost(model: &Model, before: &Vectors, after: &Vectors, all: f64) -> f64 {
-    if all > 0.0 { (way_of_all(model, before, after) / all).min(1.0) } else { 0.0 }
+/// The part of such a sum that is lost [1].
+pub(super) fn lost(way: f64, all: f64) -> f64 {
+    if all > 0.0 { (way / all).min(1.0) } else { 0.0 }
 }

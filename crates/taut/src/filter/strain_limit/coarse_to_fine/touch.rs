@@ -75,6 +75,8 @@ pub(super) struct Touch {
     stopped: Vec<u32>,
     /// What carries each cloth along, by its number, where a step is shortened [m]; zero where nothing does.
     frames: Vec<Vec3>,
+    /// The part of its motion that each cloth loses, by its number, where a step is cut [1].
+    pub(super) lost: Vec<f64>,
     joint: Joint,
 }
 
@@ -108,6 +110,7 @@ impl Touch {
             stops: vec![1.0; model.bodies.rest.len()],
             stopped: Vec::new(),
             frames: Vec::new(),
+            lost: Vec::new(),
             joint: Joint::new(model, units),
         })
     }
@@ -333,6 +336,8 @@ impl Touch {
         let touches = !self.contact.rows.is_empty();
         let step = stride.plan.length as f32;
         let mut limited = Limited::default();
+        self.lost.clear();
+        self.lost.resize(stride.model.cloths.len(), 0.0);
         self.rates.clear();
         self.left_of_energy.clear();
         let is_needed = |descent: &Descent| touches || descent.is_needed;
@@ -375,8 +380,8 @@ impl Touch {
         self.contact.tell_carriers(&mut self.carriers);
         let lying = Lying { model: stride.model, length: step, start: &self.contact.places.x, proposed: &self.proposed, pool };
         if touches && self.contact.brings_apart().is_none() {
-            let taken = self.gains.bound(stride, lying, &self.velocities, state, ends, &self.carriers);
-            limited.lost_motion = limited.lost_motion.max(taken);
+            self.gains.bound(stride, lying, &self.velocities, state, ends, &self.carriers);
+            self.lost.clone_from(&self.gains.taken);
         }
         for ((unit, descent), &left) in units.iter_mut().zip(&self.descents).zip(&self.left_of_energy) {
             unit.brake_lying(lying, state, ends, left, &self.carriers, descent);
@@ -389,8 +394,9 @@ impl Touch {
             let verdict = unit.certify(stride, state, ends, frames, pool);
             limited.cuts += u32::from(verdict.cut);
             limited.held_back_pins += u32::from(verdict.held_back_pins);
-            limited.lost_motion = limited.lost_motion.max(verdict.lost_motion);
+            self.lost[unit.index()] = self.lost[unit.index()].max(verdict.lost_motion);
         }
+        limited.lost_motion = self.lost.iter().copied().fold(limited.lost_motion, f64::max);
         limited
     }
 }

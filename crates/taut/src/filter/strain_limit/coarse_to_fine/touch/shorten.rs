@@ -7,7 +7,7 @@
 use glam::Vec3;
 
 use super::super::impulse::take_back;
-use super::super::motion::{lost, way_of_all};
+use super::super::motion::{lost, ways};
 use super::super::unit::Unit;
 use super::Touch;
 use crate::geometry::{Pool, Vectors};
@@ -58,7 +58,7 @@ impl Touch {
         pool: &Pool,
     ) -> f64 {
         let (model, step) = (stride.model, stride.plan.length as f32);
-        let all = way_of_all(model, &state.positions, ends);
+        let all: Vec<f64> = ways(model, &state.positions, ends).collect();
         let before = ends.clone();
         let is_carried = self.frames.iter().any(|frame| *frame != Vec3::ZERO);
         for round in 0..if is_carried { 2 * SHORTENED } else { SHORTENED } {
@@ -75,7 +75,12 @@ impl Touch {
             self.contact.end(model, &state.origins, ends, &self.led.ends, pool);
             self.contact.certify(pool);
             if self.contact.cuts.list.is_empty() {
-                return lost(model, &before, ends, all);
+                let mut sum = 0.0;
+                for ((way, all), least) in ways(model, &before, ends).zip(&all).zip(&mut self.lost) {
+                    *least = least.max(lost(way, *all));
+                    sum += way;
+                }
+                return lost(sum, all.iter().sum());
             }
         }
         // Where everything is, nothing crosses.
@@ -85,6 +90,7 @@ impl Touch {
             ends.set(particle, start);
         }
         self.led.stop(state);
+        self.lost.fill(1.0);
         1.0
     }
 
