@@ -26,7 +26,8 @@ pub(super) fn start(stride: Stride<'_>, state: &mut State) {
             (offset.target, offset.pace) = (shift.target, 1.0);
         }
         let way = shift.target - offset.now;
-        let most = shift.speed * offset.pace * stride.plan.length;
+        // What had to go back on its path (held.rs) sets out again.
+        let most = shift.speed * offset.pace.max(LEAST_PACE) * stride.plan.length;
         offset.now = if shift.speed.is_finite() { offset.now + way.clamp_length_max(most) } else { shift.target };
     }
 }

@@ -17,7 +17,7 @@ use crate::state::{Behind, State};
 /// cloth in an automatic step.
 pub(super) const CATCHES_UP: f64 = 0.25;
 /// What is stuck goes back from there by this part of a cell in an automatic step [1].
-pub(super) const GOES_BACK: f64 = 0.05;
+const GOES_BACK: f64 = 0.05;
 /// Cloth that loses more than this part of its motion where a step is cut is stuck [1].
 const STUCK: f64 = 0.5;
 /// The pace of pins that go back.
