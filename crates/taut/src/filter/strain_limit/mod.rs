@@ -35,7 +35,7 @@ pub(super) trait StrainLimit: Send + Sync {
         None
     }
 
-    /// The part of its motion that each cloth lost, by its number, in a last step that contact cut [1].
+    /// The part of its motion that each cloth lost, by its number, where the last step was cut and anything can touch [1].
     fn lost(&self) -> &[f64] {
         &[]
     }
