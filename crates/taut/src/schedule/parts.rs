@@ -66,6 +66,18 @@ pub struct ScaledTiming {
     pub frequency_squared: f64,
     /// The g that a step bears from each level [1/s]; none where dampers take it in stages, with the masses as they are.
     pub damping: Option<f64>,
+    /// What is a little faster than the step is calmed at its start; none where that takes few more parts.
+    pub calming: Option<Calming>,
+}
+
+/// Springs as dampers, once in a step: velocities lose what springs would gain from looking so far ahead, but only as far as coarse levels
+/// show it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calming {
+    /// How far ahead springs look [s].
+    pub ahead: f64,
+    /// The w^2 that this bears from each level [1/s^2].
+    pub frequency_squared: f64,
 }
 
 impl Plan {
@@ -145,19 +157,33 @@ pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: 
     }
     let sets_out = if cloth.lattice_of_levels().is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
     while WORTH * parts <= unscaled && moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < sets_out {
-        parts = (1.25 * parts).ceil();
+        parts = (1.05 * parts).ceil();
     }
     let frequency_squared = bears(step_length, parts);
     (WORTH * parts <= unscaled).then(|| {
         let ahead = calm(parts) / (step_length * frequency_squared);
-        let (parts, springs_ahead) = calmed(step_length, (parts, ahead), frequency_squared, 0.0);
+        let more = calmed(step_length, (parts, ahead), frequency_squared, 0.0);
+        let calming = (more.0 > parts + Calming::LOOKS).then(|| Calming::new(step_length, slowest));
+        let (parts, springs_ahead) = if calming.is_some() { (parts, ahead) } else { more };
         ScaledTiming {
             parts: parts as u32,
             springs_ahead,
             frequency_squared: frequency_squared / OVERLAP,
             damping: Some(1.0 / (OVERLAP * step_length)).filter(|bears| damping <= *bears),
+            calming,
         }
     })
+}
+
+impl Calming {
+    /// How often it looks at springs.
+    const LOOKS: f64 = 2.0;
+
+    /// For a cloth whose coarsest level has such a w^2 [1/s^2].
+    fn new(step_length: f64, slowest: f64) -> Self {
+        let ahead = (LEAST_AHEAD * step_length).min(LEAST_DECAY / (step_length * OVERLAP * slowest));
+        Self { ahead, frequency_squared: LEAST_DECAY / (step_length * ahead * OVERLAP) }
+    }
 }
 
 /// The parts of a step, and how far ahead springs look [s], that calm what is a little faster than the step as well; the fastest mode has
