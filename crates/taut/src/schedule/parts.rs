@@ -3,7 +3,7 @@
 use super::pace;
 use super::stability::of_euler;
 use crate::geometry::power;
-use crate::model::{ClothRange, LevelRate, Model, shares};
+use crate::model::{ClothRange, LevelRate, Model};
 use crate::scene::{FilterKind, IntegratorKind, Solver};
 
 /// Part of the bound that plans use: compression turns springs soft, impulses of a filter do not count.
@@ -17,7 +17,7 @@ const OVERLAP: f64 = 1.25;
 /// The least part of its acceleration that an even load gives a cloth with scaled masses on the whole [1], of a grid and of a mesh.
 /// Levels of a mesh lie further apart, so that more of it is beside what is held.
 const SETS_OUT: f64 = 0.9;
-const SETS_OUT_OF_MESHES: f64 = 0.95;
+const SETS_OUT_OF_MESHES: f64 = 0.97;
 
 /// Masses are not scaled unless that saves so many times the parts.
 const WORTH: f64 = 2.0;
@@ -145,19 +145,17 @@ pub(super) fn spring_steps(step_length: f64, rates: &LevelRate) -> (f64, f64) {
 }
 
 /// Parts of the springs with scaled masses (docs/equations.md, "Scaled masses"). They are as few as three things allow: vibrations that
-/// must be seen, those of the coarsest levels, whose masses are never scaled, and what is held. None if that is not much fewer than
+/// must be seen, those of the coarsest level, whose masses are never scaled, and what is held. None if that is not much fewer than
 /// `unscaled`. The cloth moves by its size in `pace` seconds.
 pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: f64) -> Option<ScaledTiming> {
     let LevelRate { frequency_squared: slowest, damping, .. } = *cloth.rates.last()?;
     let mut parts = pace::parts(step_length, SCALED_PART * pace);
-    if bears(step_length, parts) < OVERLAP * slowest {
-        // bears() solved for the parts.
-        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * LEAST_DECAY, OVERLAP * slowest * power(step_length, 2));
-        parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
-    }
     let sets_out = if cloth.lattice_of_levels().is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
-    while WORTH * parts <= unscaled && moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < sets_out {
-        parts = (1.05 * parts).ceil();
+    let needed = OVERLAP * cloth.even_load.needed(sets_out);
+    if bears(step_length, parts) < needed {
+        // bears() solved for the parts.
+        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * LEAST_DECAY, needed * power(step_length, 2));
+        parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
     }
     let frequency_squared = bears(step_length, parts);
     (WORTH * parts <= unscaled).then(|| {
@@ -198,13 +196,6 @@ fn calmed(step_length: f64, (parts, ahead): (f64, f64), frequency_squared: f64, 
     let more = ((b + (b * b + a * c).sqrt()) / a).ceil().min(MORE_PARTS * parts);
     let part = step_length / more;
     (more, least.min((a / frequency_squared - part * part) / (2.0 * part)))
-}
-
-/// The part of its acceleration that an even load gives a cloth on the whole, if a w^2 of `borne` is borne [1]. Levels whose
-/// particles are tied to what is held give nothing there.
-fn moved_by_even_load(cloth: &ClothRange, borne: f64) -> f64 {
-    let shares = shares(borne, cloth.rates.iter().map(|rate| rate.frequency_squared));
-    if shares.is_empty() { 1.0 } else { shares.iter().zip(&cloth.rates).map(|(share, rate)| share * rate.moving).sum() }
 }
 
 /// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = calm / H.

@@ -270,6 +270,25 @@ mod tests {
     }
 
     #[test]
+    fn an_even_load_gives_what_is_held_in_part_what_is_known_of_it() {
+        let pins: Vec<Value> = (0..9).map(|pin| json!({ "nearest": [0.0, 0.1 * f64::from(pin), 0.0] })).collect();
+        for (sheet, model, _, mut scaling) in sheets(&json!(pins)) {
+            let is_free = |particle: usize| model.particles.inverse_mass[particle] > 0.0;
+            let even: Vectors = (0..model.particle_count()).map(|p| Vec3::X * f32::from(is_free(p))).collect();
+            let all = product(&model, &even, &even);
+            let cloth = &model.cloths[0];
+            for wanted in [0.6, 0.8, 0.9, 0.97] {
+                let square = cloth.even_load.needed(wanted);
+                scaling.levels.share_out(&model, cloth, Acting::Springs, square);
+                let given = product(&model, &apply(&mut scaling, &even), &even) / all;
+                assert!(square >= cloth.rates.last().expect("levels").frequency_squared, "{sheet}: {square}");
+                // What lies between two that are known is taken from a straight line.
+                assert!(given > wanted - 0.02, "{sheet}: {given} instead of {wanted}");
+            }
+        }
+    }
+
+    #[test]
     fn no_vibration_is_faster_than_the_step_bears() {
         let mut found = [0; 2];
         for (cells, pins, stiffness) in [
