@@ -19,19 +19,15 @@ const ONCE: f64 = 1.5;
 /// Lengths that count as nothing, as a part of the size of a chart [1].
 const ROUNDING: f64 = 1e-6;
 
-/// A triangle of a chart.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Facet {
-    /// Places of its corners among the vertices of the chart.
-    pub corners: [u32; 3],
-    /// What makes derivatives by rest coordinates of the two edges from the first corner [1/m], column by column.
-    pub inverse: [[f32; 2]; 2],
-}
+/// A triangle of a chart: places of its corners among the vertices of the chart. There are many, so they are short.
+pub(super) type Facet = [u16; 3];
 
 /// A chart: runs of the lists of [`Charts`].
 #[derive(Debug, Clone)]
 pub(super) struct Chart {
     pub vertices: Range<usize>,
+    /// What makes the mean derivatives of places by rest coordinates of their sums with these, `sum u x^T` [1/m^2]: a symmetric matrix.
+    pub spread: [[f32; 2]; 2],
     pub facets: Range<usize>,
     pub leaves: Range<usize>,
     pub around: Range<usize>,
@@ -41,7 +37,7 @@ pub(super) struct Chart {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Charts {
     pub list: Vec<Chart>,
-    /// Their vertices, with what makes the mean derivatives of places by rest coordinates [1/m].
+    /// Their vertices, with their rest coordinates from the mean of those of the chart [m].
     pub vertices: Vec<(u32, [f32; 2])>,
     pub facets: Vec<Facet>,
     /// The leaves of the tree that are wholly in their domains, in rising order; and all that have any of their triangles.
@@ -113,13 +109,14 @@ impl Charts {
     fn add(&mut self, surface: &Surface<'_>, core: Range<usize>) {
         let ends = |charts: &Self| [charts.vertices.len(), charts.facets.len(), charts.leaves.len(), charts.around.len()];
         let from = ends(self);
-        self.fill(surface, core);
+        let spread = self.fill(surface, core).unwrap_or_default();
         let to = ends(self);
         let run = |list: usize| from[list]..to[list];
-        self.list.push(Chart { vertices: run(0), facets: run(1), leaves: run(2), around: run(3) });
+        self.list.push(Chart { vertices: run(0), spread, facets: run(1), leaves: run(2), around: run(3) });
     }
 
-    fn fill(&mut self, surface: &Surface<'_>, core: Range<usize>) -> Option<()> {
+    /// Returns what is not in the lists.
+    fn fill(&mut self, surface: &Surface<'_>, core: Range<usize>) -> Option<[[f32; 2]; 2]> {
         let Surface { tree, place, .. } = surface;
         let leaves = &tree.leaves;
         let own: Vec<u32> = core.clone().flat_map(|leaf| leaves[leaf].triangles[0]..leaves[leaf].triangles[1]).collect();
@@ -169,19 +166,21 @@ impl Charts {
                 .all(|triangle| members.contains(&triangle) && tree.triangles[triangle as usize].into_iter().all(is_in))
         };
         let candidates: BTreeSet<u32> = members.iter().map(|&triangle| surface.leaf_of[triangle as usize]).collect();
-        self.leaves.extend(candidates.iter().filter(|&&leaf| within(&leaves[leaf as usize])));
-        self.around.extend(candidates);
+        let own_leaves: Vec<u32> = candidates.iter().copied().filter(|&leaf| within(&leaves[leaf as usize])).collect();
         let vertices: BTreeSet<u32> = members.iter().flat_map(|&triangle| tree.triangles[triangle as usize]).collect();
-        let local: BTreeMap<u32, u32> = vertices.iter().copied().zip(0..).collect();
-        for (triangle, [first, second]) in facets {
-            let corners = tree.triangles[triangle as usize].map(|corner| local[&corner]);
-            let inverse = [[first[0], second[0]], [first[1], second[1]]];
-            self.facets.push(Facet { corners, inverse });
+        // One that has more vertices than can be counted is none.
+        let last = u16::try_from(vertices.len()).ok()?;
+        let local: BTreeMap<u32, u16> = vertices.iter().copied().zip(0..last).collect();
+        let (mean, spread) = spread(&vertices, flat)?;
+        for (triangle, inverse) in facets {
+            self.facets.push(tree.triangles[triangle as usize].map(|corner| local[&corner]));
             let largest = &mut self.largest[triangle as usize];
             *largest = largest.max(norm(inverse));
         }
-        self.vertices.extend(gradients(&vertices, flat)?);
-        Some(())
+        self.leaves.extend(own_leaves);
+        self.around.extend(candidates);
+        self.vertices.extend(vertices.iter().map(|&vertex| (vertex, (flat(vertex) - mean).as_vec2().to_array())));
+        Some(spread)
     }
 }
 
@@ -257,8 +256,8 @@ impl Surface<'_> {
     }
 }
 
-/// With each vertex what, times its place and summed, gives the mean derivatives of places by the two rest coordinates.
-fn gradients(vertices: &BTreeSet<u32>, flat: impl Fn(u32) -> DVec2) -> Option<Vec<(u32, [f32; 2])>> {
+/// The mean of the rest coordinates of some vertices, and the inverse of `sum u u^T` of them from there; none if they lie on a line.
+fn spread(vertices: &BTreeSet<u32>, flat: impl Fn(u32) -> DVec2) -> Option<(DVec2, [[f32; 2]; 2])> {
     let mean = vertices.iter().map(|&vertex| flat(vertex)).sum::<DVec2>() / vertices.len() as f64;
     let [mut xx, mut xy, mut yy] = [0.0; 3];
     for &vertex in vertices {
@@ -268,11 +267,7 @@ fn gradients(vertices: &BTreeSet<u32>, flat: impl Fn(u32) -> DVec2) -> Option<Ve
         yy += y * y;
     }
     let determinant = xx * yy - xy * xy;
-    let of = |vertex: u32| {
-        let DVec2 { x, y } = flat(vertex) - mean;
-        (vertex, [yy * x - xy * y, xx * y - xy * x].map(|part| (part / determinant) as f32))
-    };
-    (determinant > 0.0).then(|| vertices.iter().map(|&vertex| of(vertex)).collect())
+    (determinant > 0.0).then(|| (mean, [[yy, -xy], [-xy, xx]].map(|row| row.map(|entry| (entry / determinant) as f32))))
 }
 
 /// What of a convex polygon is where `normal . x >= at`.

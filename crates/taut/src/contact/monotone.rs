@@ -5,19 +5,20 @@
 //! that on every triangle: `du . (p(u + du) - p(u))` is the integral of `du . J du` along the line between them, which stays on the
 //! chart. J is linear in places, so that what holds at the start and at the end of a step holds on all of its straight way.
 
-use glam::{BVec4A, DVec3, Vec3, Vec3A, Vec4, Vec4Swizzles};
+use glam::{BVec4A, DVec3, Vec2, Vec3, Vec3A, Vec4, Vec4Swizzles};
+use pulp::{Simd, WithSimd};
 
 use super::Places;
-use super::charts::{Chart, Charts, Facet};
+use super::charts::{Chart, Charts};
 use super::tree::{Leaf, Tree};
-use crate::geometry::{Pool, for_each_chunk, for_each_part};
+use crate::geometry::{Pool, arch, for_each_chunk, for_each_part};
 
 /// The least derivative along any line of a chart that is monotone [1].
 const LEAST: f32 = 0.2;
 /// What is known of derivatives is rounded by far less than this [1].
 const ROUNDING: f32 = 0.01;
-/// Triangles in the cores of charts, at most: where a large chart bends too much small ones are asked.
-const CORES: [usize; 2] = [64, 16];
+/// Triangles in the cores of charts, at most. Around smaller ones most triangles are looked at more often, larger ones bend too much.
+const CORE: usize = 44;
 
 /// Charts that a thread looks at together.
 const PART: usize = 32;
@@ -27,20 +28,10 @@ const TOGETHER: usize = 16;
 /// Which charts of a surface are monotone in a step.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Monotone {
-    /// Charts with large cores first.
-    scales: Vec<Scale>,
-    /// Of each triangle of the tree, the most by which derivatives change for a change of its edges, in any chart [1/m].
-    largest: Vec<f32>,
+    charts: Charts,
+    parts: Vec<Part>,
     /// Workspace: of each leaf of the tree, the most by which derivatives have changed [1].
     changes: Vec<f32>,
-}
-
-#[derive(Debug, Clone)]
-struct Scale {
-    charts: Charts,
-    /// The chart of the scale before that has all leaves of a chart, if there is one: where that is monotone, this one need not be.
-    within: Vec<Option<u32>>,
-    parts: Vec<Part>,
 }
 
 /// Some charts, one after the other.
@@ -53,11 +44,10 @@ struct Part {
     flat: Flat,
 }
 
-/// How a chart is laid on a plane: its axes, and by how much derivatives are more than `LEAST` on the known way, at least [1]; not at all if
-/// nobody has asked, as a larger chart is monotone.
+/// How a chart is laid on a plane: its axes, and by how much derivatives are more than `LEAST` on the known way, at least [1].
 #[derive(Debug, Clone, Copy, Default)]
 struct Laid {
-    axes: Option<[Vec3; 2]>,
+    axes: [Vec3; 2],
     spare: f32,
 }
 
@@ -71,96 +61,97 @@ struct Flat {
 impl Monotone {
     /// The charts of a surface; `place` is where a vertex is at rest [m].
     pub fn new(tree: &Tree, place: impl Fn(u32) -> DVec3) -> Self {
-        let mut scales: Vec<Scale> = Vec::new();
-        for most in CORES {
-            let charts = Charts::new(tree, &place, most);
-            let within = |chart: &Chart| {
-                let Scale { charts: before, .. } = scales.last()?;
-                let own = &charts.leaves[chart.leaves.clone()];
-                let larger = before.of_leaf[*own.first()? as usize];
-                let all = before.leaves_of(larger);
-                own.iter().all(|leaf| all.binary_search(leaf).is_ok()).then_some(larger)
-            };
-            let within = charts.list.iter().map(within).collect();
-            let parts = vec![Part::default(); charts.list.len().div_ceil(PART)];
-            scales.push(Scale { charts, within, parts });
-        }
-        let largest = |triangle: usize| scales.iter().map(|scale| scale.charts.largest[triangle]).fold(0.0, f32::max);
-        let largest = (0..tree.triangles.len()).map(largest).collect();
-        Self { scales, largest, changes: vec![0.0; tree.leaves.len()] }
+        let charts = Charts::new(tree, place, CORE);
+        let parts = vec![Part::default(); charts.list.len().div_ceil(PART)];
+        Self { charts, parts, changes: vec![0.0; tree.leaves.len()] }
     }
 
     /// Finds out which are.
     pub fn run(&mut self, places: &Places, pool: &Pool) {
-        for Part { now, laid, .. } in self.scales.iter_mut().flat_map(|scale| &mut scale.parts) {
-            now.fill(true);
-            laid.fill(Laid::default());
-        }
-        find(&mut self.scales, pool, |charts, chart, laid, flat| {
-            laid.axes = Some(lay(charts, chart, places, flat));
-            let holds;
-            (holds, laid.spare) = look(charts, chart, flat);
-            holds
-        });
+        self.parts.iter_mut().for_each(|part| part.now.fill(true));
+        self.find(
+            pool,
+            #[inline(always)]
+            |charts, chart, laid, flat| {
+                laid.axes = lay(charts, chart, places, flat);
+                let holds;
+                (holds, laid.spare) = look(charts, chart, flat);
+                holds
+            },
+        );
     }
 
     /// Finds out which of them still are on another way with the same start, where the known way had such `ends`; and tells the vertices
     /// of those that are no longer.
     pub fn run_again(&mut self, tree: &Tree, places: &Places, ends: &[DVec3], pool: &Pool, mut tell: impl FnMut(u32)) {
-        let Self { scales, largest, changes } = self;
-        for Part { now, before, .. } in scales.iter_mut().flat_map(|scale| &mut scale.parts) {
-            *before = *now;
-        }
-        for_each_chunk(changes, pool, |first, changes| {
+        self.parts.iter_mut().for_each(|part| part.before = part.now);
+        let (mut changes, largest) = (std::mem::take(&mut self.changes), &self.charts.largest);
+        for_each_chunk(&mut changes, pool, |first, changes| {
             for (change, leaf) in changes.iter_mut().zip(&tree.leaves[first..]) {
                 *change = change_of(tree, leaf, largest, |vertex| places.ends[vertex as usize] - ends[vertex as usize]);
             }
         });
-        find(scales, pool, |charts, chart, laid, flat| {
-            let Some(axes) = laid.axes else {
-                *laid = Laid { axes: Some(lay(charts, chart, places, flat)), spare: 0.0 };
-                return look(charts, chart, flat).0;
-            };
-            let around = &charts.around[chart.around.clone()];
-            let change = most(around.iter().map(|&leaf| changes[leaf as usize]));
-            laid.spare > change + ROUNDING || {
-                lay_ends(charts, chart, places, axes, flat);
-                look(charts, chart, flat).0
-            }
-        });
-        for Scale { charts, parts, .. } in &self.scales {
-            let are_lost = parts.iter().flat_map(|part| part.before.iter().zip(&part.now).map(|(before, now)| *before && !now));
-            for (chart, _) in charts.list.iter().zip(are_lost).filter(|(_, is_lost)| *is_lost) {
-                charts.leaves[chart.leaves.clone()].iter().for_each(|&leaf| tree.vertices_of(leaf).for_each(&mut tell));
-            }
+        self.find(
+            pool,
+            #[inline(always)]
+            |charts, chart, laid, flat| {
+                let around = &charts.around[chart.around.clone()];
+                let change = most(around.iter().map(|&leaf| changes[leaf as usize]));
+                laid.spare > change + ROUNDING || {
+                    lay_ends(charts, chart, places, laid.axes, flat);
+                    look(charts, chart, flat).0
+                }
+            },
+        );
+        self.changes = changes;
+        let Self { charts, parts, .. } = self;
+        let are_lost = parts.iter().flat_map(|part| part.before.iter().zip(&part.now).map(|(before, now)| *before && !now));
+        for (chart, _) in charts.list.iter().zip(are_lost).filter(|(_, is_lost)| *is_lost) {
+            charts.leaves[chart.leaves.clone()].iter().for_each(|&leaf| tree.vertices_of(leaf).for_each(&mut tell));
         }
     }
 
     /// Whether two leaves cannot touch each other, or one itself, as they are on a chart that is monotone.
     pub fn spares(&self, one: &Leaf, other: &Leaf) -> bool {
-        self.scales.iter().any(|scale| {
-            let charts = &scale.charts;
-            [[one, other], [other, one]].into_iter().any(|[core, leaf]| {
-                let chart = charts.of_leaf[core.index as usize];
-                let leaves = charts.leaves_of(chart);
-                scale.is_monotone(chart) && [core, leaf].iter().all(|leaf| leaves.binary_search(&leaf.index).is_ok())
-            })
+        [[one, other], [other, one]].into_iter().any(|[core, leaf]| {
+            // Networks have no charts.
+            let Some(&chart) = self.charts.of_leaf.get(core.index as usize) else { return false };
+            let leaves = self.charts.leaves_of(chart);
+            self.is_monotone(chart) && [core, leaf].iter().all(|leaf| leaves.binary_search(&leaf.index).is_ok())
         })
+    }
+
+    fn is_monotone(&self, chart: u32) -> bool {
+        self.parts[chart as usize / PART].now[chart as usize % PART]
+    }
+
+    /// Finds out for which of those that were monotone `holds` says that they are.
+    fn find(&mut self, pool: &Pool, holds: impl Fn(&Charts, &Chart, &mut Laid, &mut Flat) -> bool + Sync) {
+        let Self { charts, parts, .. } = self;
+        for_each_part(parts, charts.facets.len(), pool, |index, part| {
+            let own = charts.list.chunks(PART).nth(index).unwrap_or_default();
+            arch().dispatch(Looks { charts, own, part, holds: &holds });
+        });
     }
 }
 
-/// Finds out for which of those that were monotone `holds` says that they are.
-fn find(scales: &mut [Scale], pool: &Pool, holds: impl Fn(&Charts, &Chart, &mut Laid, &mut Flat) -> bool + Sync) {
-    for index in 0..scales.len() {
-        let (larger, scale) = scales.split_at_mut(index);
-        let Scale { charts, within, parts } = &mut scale[0];
-        let is_within = |chart: usize| within[chart].is_some_and(|chart| larger[index - 1].is_monotone(chart));
-        for_each_part(parts, charts.facets.len(), pool, |part, Part { now, laid, flat, .. }| {
-            let own = charts.list.iter().enumerate().skip(part * PART);
-            for ((is_monotone, laid), (chart, own)) in now.iter_mut().zip(laid).zip(own) {
-                *is_monotone = *is_monotone && (is_within(chart) || holds(charts, own, laid, flat));
-            }
-        });
+/// Looks at the charts of a part.
+struct Looks<'a, H> {
+    charts: &'a Charts,
+    own: &'a [Chart],
+    part: &'a mut Part,
+    holds: H,
+}
+
+impl<H: Fn(&Charts, &Chart, &mut Laid, &mut Flat) -> bool> WithSimd for Looks<'_, H> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { charts, own, part: Part { now, laid, flat, .. }, holds } = self;
+        for ((is_monotone, laid), chart) in now.iter_mut().zip(laid).zip(own) {
+            *is_monotone = *is_monotone && holds(charts, chart, laid, flat);
+        }
     }
 }
 
@@ -181,12 +172,6 @@ fn most(numbers: impl Iterator<Item = f32>) -> f32 {
     f32::from_bits(numbers.map(|number| number.abs().to_bits()).max().unwrap_or_default())
 }
 
-impl Scale {
-    fn is_monotone(&self, chart: u32) -> bool {
-        self.parts[chart as usize / PART].now[chart as usize % PART]
-    }
-}
-
 /// Lays a chart on the plane that fits it at the start and at the end: two numbers of a vertex for each. Returns the axes of the plane.
 #[inline(always)]
 fn lay(charts: &Charts, chart: &Chart, places: &Places, flat: &mut Flat) -> [Vec3; 2] {
@@ -196,13 +181,13 @@ fn lay(charts: &Charts, chart: &Chart, places: &Places, flat: &mut Flat) -> [Vec
     let vertices = &charts.vertices[chart.vertices.clone()];
     let Some(&(origin, _)) = vertices.first() else { return [Vec3::ZERO; 2] };
     let [mut first, mut second] = [Vec3A::ZERO; 2];
-    own.extend(vertices.iter().map(|&(vertex, [by_first, by_second])| {
+    own.extend(vertices.iter().map(|&(vertex, [u, v])| {
         let [start, end] = [&places.x, &places.ends].map(|places| from_origin(places, origin, vertex));
-        first += (start + end) * by_first;
-        second += (start + end) * by_second;
+        first += (start + end) * u;
+        second += (start + end) * v;
         [start, end]
     }));
-    let [first, second] = [first, second].map(Vec3A::normalize_or_zero);
+    let [first, second] = chart.spread.map(|[of_first, of_second]| (first * of_first + second * of_second).normalize_or_zero());
     // The two axes at right angles that are nearest to both directions.
     let [sum, difference] = [first + second, first - second].map(|way| way.normalize_or_zero() * std::f32::consts::FRAC_1_SQRT_2);
     let axes = [sum + difference, sum - difference];
@@ -239,9 +224,10 @@ fn from_origin(places: &[DVec3], origin: u32, vertex: u32) -> Vec3A {
 fn look(charts: &Charts, chart: &Chart, flat: &Flat) -> (bool, f32) {
     let mut spare = Vec4::INFINITY;
     let mut rises = !chart.leaves.is_empty();
+    let rest = &charts.vertices[chart.vertices.clone()];
     for facets in charts.facets[chart.facets.clone()].chunks(TOGETHER) {
         for facet in facets {
-            rises &= rise(facet, &flat.laid, &mut spare);
+            rises &= rise(facet.map(usize::from), rest, &flat.laid, &mut spare);
         }
         if !rises {
             return (false, 0.0);
@@ -253,12 +239,14 @@ fn look(charts: &Charts, chart: &Chart, flat: &Flat) -> (bool, f32) {
 /// The same of a triangle. With J the derivatives at one time, [xx, xy] those by the first axis, that is `xx > LEAST`, `yy > LEAST` and
 /// `(xx - LEAST) (yy - LEAST) > ((xy + yx) / 2)^2`.
 #[inline(always)]
-fn rise(facet: &Facet, laid: &[Vec4], spare: &mut Vec4) -> bool {
-    let [a, b, c] = facet.corners;
-    let [a, b, c] = [laid[a as usize], laid[b as usize], laid[c as usize]];
+fn rise(corners: [usize; 3], rest: &[(u32, [f32; 2])], laid: &[Vec4], spare: &mut Vec4) -> bool {
+    let [a, b, c] = corners.map(|corner| Vec2::from(rest[corner].1));
+    let (u, v) = (b - a, c - a);
+    let inverse = 1.0 / u.perp_dot(v);
+    let (u, v) = (u * inverse, v * inverse);
+    let [a, b, c] = corners.map(|corner| laid[corner]);
     let (b, c) = (b - a, c - a);
-    let [[x_of_b, x_of_c], [y_of_b, y_of_c]] = facet.inverse;
-    let (x, y) = (b * x_of_b + c * x_of_c, b * y_of_b + c * y_of_c);
+    let (x, y) = (b * v.y - c * u.y, c * u.x - b * v.x);
     let firsts = BVec4A::new(true, false, true, false);
     let (along, across) = (Vec4::select(firsts, x, y) - LEAST, Vec4::select(firsts, y, x));
     let both = 0.5 * (across + across.yxwz());
@@ -329,7 +317,7 @@ mod tests {
         monotone
             .run(&places(turned.clone(), turned.iter().map(|place| *place + DVec3::new(0.1, 5.0, 0.0)).collect()), &Pool::new(1));
         let [neighbours, flat] = spared(&tree, &monotone);
-        assert!(flat * 10 > neighbours * 7, "{flat} of {neighbours}");
+        assert!(flat * 3 > neighbours * 2, "{flat} of {neighbours}");
         // Laid over along its middle, with a gap.
         let folded: Vec<DVec3> =
             rest.iter().map(|place| if place.x > 0.5 { DVec3::new(1.0 - place.x, place.y, 0.01) } else { *place }).collect();
@@ -388,7 +376,7 @@ mod tests {
             let ends: Vec<DVec3> = x.iter().enumerate().map(shift).collect();
             monotone.run(&places(x.clone(), x.clone()), &Pool::new(1));
             let mut everywhere = monotone.clone();
-            let laid = everywhere.scales.iter_mut().flat_map(|scale| &mut scale.parts).flat_map(|part| &mut part.laid);
+            let laid = everywhere.parts.iter_mut().flat_map(|part| &mut part.laid);
             laid.for_each(|laid| laid.spare = 0.0);
             let again = places(x.clone(), ends);
             let told = [&mut monotone, &mut everywhere].map(|monotone| {
