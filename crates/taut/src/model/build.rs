@@ -13,7 +13,7 @@ use super::{
     Adjacency, Bend, Bending, Bodies, Buckling, ClothRange, ContactSettings, Curvatures, Curve, CurvedLink, CurvedSprings,
     EvenLoad, Follows, Lattice, LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance,
     SpringKind, Springs, bending, compatibility, curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins,
-    precision, rates::Rates, thick, weights,
+    precision, rates, rates::Rates, thick, weights,
 };
 use crate::geometry::{Vectors, turn};
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source};
@@ -269,7 +269,7 @@ impl Assembly {
         let bending = Bending {
             quadratic: Bend::both_ways(count, &self.bends),
             buckling: Adjacency::new(count, self.buckling.into_iter()),
-            curved: Curvatures::new(count, self.curved_cloths),
+            curved: Curvatures::new(&self.particles, self.curved_cloths),
         };
         let around =
             (0..).zip(&self.panels).flat_map(|(index, panel)| panel.distinct().iter().map(move |&corner| (corner, index)));
@@ -293,7 +293,8 @@ impl Assembly {
         }
         let rates = Rates::new(&self.particles, &springs, &bending, self.drag_rate, self.wind_rate);
         let filter = scene.solver.filter;
-        let hierarchies = levels(filter, &mut self.cloths, &self.particles, &springs, &bending, &self.triangles, &lattices);
+        let of_cloths = rates::of_cloths(&self.cloths, &self.particles, &springs, &bending);
+        let hierarchies = levels(filter, &mut self.cloths, &self.particles, &springs, &self.triangles, &lattices, &of_cloths);
         self.warnings.extend(compatibility::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
         self.warnings.extend(thick::cautions(scene, &self.cloths, &springs, &self.numbering));
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::hierarchy::{EvenLoad, of_grid, of_hierarchy};
-use super::{Bending, ClothRange, Hierarchy, Lattice, Model, Particles, Rates, Springs, rates};
+use super::{ClothRange, Hierarchy, Lattice, LevelRate, Model, Particles, Rates, Springs, rates};
 use crate::scene::FilterKind;
 
 impl Model {
@@ -15,14 +15,15 @@ impl Model {
         particles.iter().for_each(|&particle| model.particles.inverse_mass[particle as usize] = 0.0);
         let Rates { still_air, wind, .. } = self.rates;
         model.rates = Rates::new(&model.particles, &model.springs, &model.bending, still_air, wind);
+        let of_cloths = rates::of_cloths(&model.cloths, &model.particles, &model.springs, &model.bending);
         model.hierarchies = levels(
             self.solver.filter,
             &mut model.cloths,
             &model.particles,
             &model.springs,
-            &model.bending,
             &model.triangles,
             &model.lattices,
+            &of_cloths,
         )
         .into();
         model
@@ -47,28 +48,29 @@ pub(super) fn levels(
     cloths: &mut [ClothRange],
     particles: &Particles,
     springs: &Springs,
-    bending: &Bending,
     triangles: &[[u32; 3]],
     lattices: &[Lattice],
+    rates: &[(LevelRate, f64)],
 ) -> Vec<Hierarchy> {
     let mut hierarchies = Vec::new();
-    let fastest = rates::of_cloths(cloths, particles, springs, bending);
-    cloths.iter_mut().zip(fastest).for_each(|(range, fastest)| range.fastest = fastest);
+    for (range, (fastest, _)) in cloths.iter_mut().zip(rates) {
+        range.fastest = *fastest;
+    }
     if filter != FilterKind::CoarseToFine {
         return hierarchies;
     }
     for range in cloths {
         range.heaviest = particles.heaviest(range);
+        let (finest, bending) = rates[range.index];
         let held = |particle: usize| particles.inverse_mass[range.first + particle] == 0.0;
         if let Some(lattice) = range.lattice.map(|lattice| &lattices[lattice]).filter(|lattice| lattice.is_held_plainly(held)) {
             let masses = particles.free_masses(range);
-            (range.rates, range.even_load) = of_grid([lattice.columns, lattice.rows], masses, range.fastest);
+            (range.rates, range.even_load) = of_grid([lattice.columns, lattice.rows], masses, finest);
             range.hierarchy = None;
             continue;
         }
         let mut hierarchy = Hierarchy::new(range, particles, springs, triangles);
-        range.rates =
-            if range.is_network { Vec::new() } else { of_hierarchy(&mut hierarchy, range, particles, springs, bending) };
+        range.rates = if range.is_network { Vec::new() } else { of_hierarchy(&mut hierarchy, range, springs, bending) };
         range.even_load = EvenLoad::of_hierarchy(&hierarchy, &range.rates);
         range.hierarchy = Some(hierarchies.len());
         hierarchies.push(hierarchy);

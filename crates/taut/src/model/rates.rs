@@ -36,7 +36,7 @@ impl Rates {
         let ratios = acting.map(|(&stiffness, &damping)| f64::from(damping) / f64::from(stiffness));
         let free = particles.air_drag.iter().zip(&particles.inverse_mass).filter(|(_, weight)| **weight > 0.0);
         // The largest eigenvalue of a sum is at most the sum of the largest ones.
-        let bends = bending.largest_rate(particles, 0..particles.mass.len());
+        let bends = bending.largest_rate(particles, 0..particles.mass.len()) + bending.curved.largest_rate();
         Self {
             frequency_squared: largest(&forces) + bends,
             resolved: largest(&with_curves(springs, &springs.stiffness)) + bends,
@@ -56,8 +56,13 @@ fn finite_least(numbers: impl Iterator<Item = f64>) -> f64 {
     if least.is_finite() { least } else { 0.0 }
 }
 
-/// How fast each cloth can vibrate.
-pub(super) fn of_cloths(cloths: &[ClothRange], particles: &Particles, springs: &Springs, bending: &Bending) -> Vec<LevelRate> {
+/// How fast each cloth can vibrate, and the w^2 of its bending alone [1/s^2].
+pub(super) fn of_cloths(
+    cloths: &[ClothRange],
+    particles: &Particles,
+    springs: &Springs,
+    bending: &Bending,
+) -> Vec<(LevelRate, f64)> {
     let largest = |constants: &[f32]| {
         let mut rates = vec![0.0_f64; cloths.len()];
         for (particle, rate) in largest_rates(particles, springs, constants) {
@@ -68,8 +73,9 @@ pub(super) fn of_cloths(cloths: &[ClothRange], particles: &Particles, springs: &
     };
     let (forces, dampers) = (largest(&with_curves(springs, &springs.force_stiffness)), largest(&springs.damping));
     let of_cloth = |(cloth, (frequency_squared, damping)): (&ClothRange, (f64, f64))| {
-        let bends = bending.largest_rate(particles, cloth.particles());
-        LevelRate { frequency_squared: frequency_squared + bends, damping }
+        let curved = if cloth.curvatures.is_empty() { 0.0 } else { bending.curved.largest_rate() };
+        let bends = bending.largest_rate(particles, cloth.particles()) + curved;
+        (LevelRate { frequency_squared: frequency_squared + bends, damping }, bends)
     };
     cloths.iter().zip(forces.into_iter().zip(dampers)).map(of_cloth).collect()
 }

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::{Bend, Row, pairs, row_sum};
-use crate::model::{Adjacency, Curve};
+use super::{Bend, Row, largest_row_sum, pairs};
+use crate::model::{Adjacency, Curve, Particles};
 
 /// A weight in a second derivative, and the particle or the row that it leads to.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -32,8 +32,8 @@ pub struct Curvatures {
     pub curve: Vec<u32>,
     /// The curves.
     pub curves: Vec<Curve>,
-    /// Of each particle: the absolute sum of its row, of a plate that is everywhere as stiff as the curve where it is steepest [N/m].
-    pub(super) steepest: Vec<f64>,
+    /// No mode of it is faster [1/s^2].
+    rate: f64,
 }
 
 /// A cloth that bends along a curve.
@@ -49,8 +49,9 @@ pub(in crate::model) struct CurvedCloth {
 }
 
 impl Curvatures {
-    /// Of several cloths in their order, with so many particles.
-    pub(in crate::model) fn new(count: usize, cloths: Vec<CurvedCloth>) -> Self {
+    /// Of several cloths in their order.
+    pub(in crate::model) fn new(particles: &Particles, cloths: Vec<CurvedCloth>) -> Self {
+        let count = particles.mass.len();
         let (mut bends, mut shares) = (Vec::new(), Vec::new());
         let mut found = Self::default();
         for (number, CurvedCloth { rows, together, first, curve }) in (0..).zip(cloths) {
@@ -66,9 +67,7 @@ impl Curvatures {
             }
             found.curves.push(curve);
         }
-        let matrix = Bend::both_ways(count, &bends);
-        found.steepest =
-            if bends.is_empty() { Vec::new() } else { (0..count).map(|particle| row_sum(&matrix, particle)).collect() };
+        found.rate = largest_row_sum(&Bend::both_ways(count, &bends), particles);
         found.particles =
             Adjacency::new(found.curve.len(), shares.iter().map(|&(row, index, weight)| (row, Share { index, weight })));
         found.rows = Adjacency::new(count, shares.iter().map(|&(index, particle, weight)| (particle, Share { index, weight })));
@@ -85,5 +84,10 @@ impl Curvatures {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.curve.is_empty()
+    }
+
+    /// w^2 at most [1/s^2]: of a plate that is everywhere as stiff as the curve where it is steepest.
+    pub(in crate::model) fn largest_rate(&self) -> f64 {
+        self.rate
     }
 }

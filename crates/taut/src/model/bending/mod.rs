@@ -67,18 +67,15 @@ impl Bending {
         self.quadratic.is_empty() && self.buckling.is_empty() && self.curved.is_empty()
     }
 
-    /// An upper bound of w^2 of some particles [1/s^2].
+    /// An upper bound of w^2 of some particles without curves [1/s^2]: absolute row sums of the matrix divided by masses
+    /// (Gershgorin). The largest eigenvalue of a sum is at most the sum of the largest ones.
     pub(super) fn largest_rate(&self, particles: &Particles, run: Range<usize>) -> f64 {
-        run.map(|particle| self.rate(particles, particle)).fold(0.0, f64::max)
-    }
-
-    /// The absolute sum of a particle's row of the matrix, where curves are steepest, divided by its mass [1/s^2]: no eigenvalue is
-    /// larger than the largest of these (Gershgorin).
-    pub(super) fn rate(&self, particles: &Particles, particle: usize) -> f64 {
-        let quadratic = row_sum(&self.quadratic, particle);
-        let buckling: f64 = self.buckling.of(particle).iter().map(|spring| 2.0 * spring.steepest()).sum();
-        let curved = self.curved.steepest.get(particle).copied().unwrap_or_default();
-        (quadratic + buckling + curved) * f64::from(particles.inverse_mass[particle])
+        let rate = |particle: usize| {
+            let quadratic = row_sum(&self.quadratic, particle);
+            let buckling: f64 = self.buckling.of(particle).iter().map(|spring| 2.0 * spring.steepest()).sum();
+            (quadratic + buckling) * f64::from(particles.inverse_mass[particle])
+        };
+        run.map(rate).fold(0.0, f64::max)
     }
 }
 
@@ -86,6 +83,12 @@ impl Bending {
 fn row_sum(bends: &Adjacency<Bend>, particle: usize) -> f64 {
     let pulls = bends.of(particle).iter().map(|bend| f64::from(bend.weight));
     pulls.clone().map(f64::abs).sum::<f64>() + pulls.sum::<f64>().abs()
+}
+
+/// Largest absolute row sum of a matrix divided by the masses [1/s^2].
+fn largest_row_sum(bends: &Adjacency<Bend>, particles: &Particles) -> f64 {
+    let rate = |particle: usize| row_sum(bends, particle) * f64::from(particles.inverse_mass[particle]);
+    (0..particles.mass.len()).map(rate).fold(0.0, f64::max)
 }
 
 /// The pairs of `A^T A` times the bending stiffness, each with its pull [N/m], in the order of their vertices.

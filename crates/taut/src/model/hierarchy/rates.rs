@@ -6,7 +6,7 @@
 
 use super::coarse_grid::{carry, coarsened};
 use super::{EvenLoad, Hierarchy, HierarchyLevel};
-use crate::model::{Bending, ClothRange, LevelRate, Particles, Springs};
+use crate::model::{ClothRange, LevelRate, Springs};
 
 /// Smaller parts of a row are left out; they are rounding [1].
 const NOTHING: f64 = 1e-6;
@@ -98,22 +98,17 @@ pub(in crate::model) fn of_grid(
     (rates, even_load)
 }
 
-/// Rates of the levels of a mesh, and of their particles. Bending falls from level to level, and towards longer springs, at least as
-/// springs do: a coarse particle has the largest ratio of the two among those that follow it.
+/// Rates of the levels of a mesh, and of their particles. `bending` is the w^2 of its bending [1/s^2],
+/// which falls from level to level, and towards longer springs, at least as that of springs does.
 pub(in crate::model) fn of_hierarchy(
     hierarchy: &mut Hierarchy,
     cloth: &ClothRange,
-    particles: &Particles,
     springs: &Springs,
-    bending: &Bending,
+    bending: f64,
 ) -> Vec<LevelRate> {
     let mut rows = rows(&hierarchy.levels[0], cloth, springs);
     let mut rates: Vec<LevelRate> = Vec::new();
-    // Of each particle of a level: w^2 of its bending at most [1/s^2], and its ratio to that of its springs [1].
-    let mut bends: Vec<[f64; 2]> = Vec::new();
-    let own_bends: Vec<f64> =
-        hierarchy.levels[0].nodes.iter().map(|&node| bending.rate(particles, cloth.first + node as usize)).collect();
-    let over = |sum: f64, mass: f64| if mass > 0.0 { sum / mass } else { 0.0 };
+    let mut finest = 0.0;
     for index in 0..hierarchy.levels.len() {
         let (finer, level) = hierarchy.levels.split_at_mut(index);
         let (finer, level) = (finer.last(), &mut level[0]);
@@ -128,19 +123,16 @@ pub(in crate::model) fn of_hierarchy(
                 sums[place as usize][1] += row.damping * size * part.abs();
             }
         }
-        let springs: Vec<f64> = sums.iter().zip(&level.masses).map(|([sum, _], &mass)| over(*sum, mass)).collect();
-        bends = match finer {
-            Some(_) => bent(&bends, level),
-            None => own_bends.iter().zip(&springs).map(|(bends, springs)| [*bends, bends / springs]).collect(),
+        let over = |sum: f64, mass: f64| if mass > 0.0 { sum / mass } else { 0.0 };
+        if finer.is_none() {
+            finest = sums.iter().zip(&level.masses).map(|(sums, &mass)| over(sums[0], mass)).fold(0.0, f64::max);
+        }
+        let rate = |(&[stiffness, damping], &mass): (&[f64; 2], &f64)| {
+            let springs = over(stiffness, mass);
+            let bends = if finest > 0.0 { bending * (springs / finest).min(1.0) } else { bending };
+            NodeRate { frequency_squared: if mass > 0.0 { springs + bends } else { 0.0 }, damping: over(damping, mass) }
         };
-        let rate = |place: usize| NodeRate {
-            // No number times nothing is as much as they bend themselves.
-            frequency_squared: springs[place] + bends[place][0].min(bends[place][1] * springs[place]),
-            damping: over(sums[place][1], level.masses[place]),
-        };
-        level.rates = (0..level.nodes.len())
-            .map(|place| if level.masses[place] > 0.0 { rate(place) } else { NodeRate::default() })
-            .collect();
+        level.rates = sums.iter().zip(&level.masses).map(rate).collect();
         if let Some(finer) = finer {
             slower_than(finer, level);
         }
@@ -149,18 +141,6 @@ pub(in crate::model) fn of_hierarchy(
             .push(LevelRate { frequency_squared: fastest(|rate| rate.frequency_squared), damping: fastest(|rate| rate.damping) });
     }
     rates
-}
-
-/// What bends a level as those bend that follow its particles: the most of both.
-fn bent(finer: &[[f64; 2]], level: &HierarchyLevel) -> Vec<[f64; 2]> {
-    let mut most = vec![[0.0_f64; 2]; level.nodes.len()];
-    for ([bends, ratio], parents) in finer.iter().zip(&level.parents) {
-        for (above, _) in parents.iter() {
-            let most = &mut most[above as usize];
-            *most = [most[0].max(*bends), most[1].max(*ratio)];
-        }
-    }
-    most
 }
 
 /// No particle of a level is faster than the fastest of those that follow it, whatever its row says: what the level can show, they can.
