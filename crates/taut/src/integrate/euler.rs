@@ -96,7 +96,7 @@ impl Method for Euler {
         for index in 0..model.cloths.len() {
             self.go_through_parts(stride, index, state, ends, forces, pool); // x, v, a -> x*, v*
         }
-        plan.cloths.iter().map(ClothPlan::parts).max().unwrap_or_default()
+        plan.cloths.iter().map(ClothPlan::looks).max().unwrap_or_default()
     }
 }
 

@@ -128,6 +128,13 @@ impl ClothPlan {
     pub fn parts(&self) -> u32 {
         self.scaled.map_or(self.spring_steps, |scaled| scaled.parts)
     }
+
+    /// How often springs are looked at.
+    #[must_use]
+    pub fn looks(&self) -> u32 {
+        let calms = self.scaled.is_some_and(|scaled| scaled.calming.is_some());
+        self.parts() + if calms { Calming::LOOKS } else { 0 }
+    }
 }
 
 /// Whether springs and dampers take the filter's step in parts.
@@ -161,7 +168,7 @@ pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: 
     (WORTH * parts <= unscaled).then(|| {
         let ahead = calm(parts) / (step_length * frequency_squared);
         let more = calmed(step_length, (parts, ahead), frequency_squared, 0.0);
-        let calming = (more.0 > parts + Calming::LOOKS).then(|| Calming::new(step_length, slowest));
+        let calming = (more.0 > parts + f64::from(Calming::LOOKS)).then(|| Calming::new(step_length, slowest));
         let (parts, springs_ahead) = if calming.is_some() { (parts, ahead) } else { more };
         ScaledTiming {
             parts: parts as u32,
@@ -175,7 +182,7 @@ pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: 
 
 impl Calming {
     /// How often it looks at springs.
-    const LOOKS: f64 = 2.0;
+    const LOOKS: u32 = 2;
 
     /// For a cloth whose coarsest level has such a w^2 [1/s^2].
     fn new(step_length: f64, slowest: f64) -> Self {
