@@ -96,7 +96,7 @@ impl Method for Euler {
         for index in 0..model.cloths.len() {
             self.go_through_parts(stride, index, state, ends, forces, pool); // x, v, a -> x*, v*
         }
-        plan.cloths.iter().map(ClothPlan::looks).max().unwrap_or_default()
+        plan.cloths.iter().map(ClothPlan::parts).max().unwrap_or_default()
     }
 }
 
@@ -145,13 +145,6 @@ impl Euler {
         let timing = own.scaled;
         let ahead = timing.map_or(own.springs_ahead, |timing| timing.springs_ahead) as f32;
         let parts = Parts::new(plan.length, own.parts());
-        if let (Some(masses), Some(calming)) = (&mut masses[index], timing.and_then(|timing| timing.calming)) {
-            let length = plan.length as f32;
-            let springs_see = look_ahead(seen, positions, cloth, velocities, calming.ahead as f32, pool);
-            forces::gains(model, cloth, springs_see, gains, length, forces, pool);
-            forces::kick(model, cloth, positions, gains, -length, forces, pool);
-            masses.add_calming(gains, velocities, pool);
-        }
         ends.set_scaled(particles.clone(), positions, velocities, parts.half, pool);
         for part in parts.iter() {
             let springs_see = look_ahead(seen, ends, cloth, velocities, ahead, pool);

@@ -11,9 +11,9 @@ use super::extent;
 use super::part::{Panel, Part};
 use super::{
     Adjacency, Bend, Bending, Bodies, Buckling, ClothRange, ContactSettings, Curvatures, Curve, CurvedLink, CurvedSprings,
-    EvenLoad, Follows, Lattice, LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance,
-    SpringKind, Springs, bending, compatibility, curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins,
-    precision, rates, rates::Rates, thick, weights,
+    Follows, Lattice, LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind,
+    Springs, bending, compatibility, curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, precision, rates,
+    rates::Rates, thick, weights,
 };
 use crate::geometry::{Vectors, turn};
 use crate::scene::{BendingModel, Cloth, FilterKind, PointMass, Scene, SceneError, Source};
@@ -250,7 +250,6 @@ impl Assembly {
             strain_limit: cloth.tightest_limit(),
             fastest: LevelRate::default(),
             rates: Vec::new(),
-            even_load: EvenLoad::default(),
             heaviest: 0.0,
         });
         Ok(())

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::hierarchy::{EvenLoad, of_grid, of_hierarchy};
+use super::hierarchy::{of_grid, of_hierarchy};
 use super::{ClothRange, Hierarchy, Lattice, LevelRate, Model, Particles, Rates, Springs, rates};
 use crate::scene::FilterKind;
 
@@ -64,14 +64,12 @@ pub(super) fn levels(
         let (finest, bending) = rates[range.index];
         let held = |particle: usize| particles.inverse_mass[range.first + particle] == 0.0;
         if let Some(lattice) = range.lattice.map(|lattice| &lattices[lattice]).filter(|lattice| lattice.is_held_plainly(held)) {
-            let masses = particles.free_masses(range);
-            (range.rates, range.even_load) = of_grid([lattice.columns, lattice.rows], masses, finest);
+            range.rates = of_grid([lattice.columns, lattice.rows], particles.free_masses(range), finest);
             range.hierarchy = None;
             continue;
         }
         let mut hierarchy = Hierarchy::new(range, particles, springs, triangles);
         range.rates = if range.is_network { Vec::new() } else { of_hierarchy(&mut hierarchy, range, springs, bending) };
-        range.even_load = EvenLoad::of_hierarchy(&hierarchy, &range.rates);
         range.hierarchy = Some(hierarchies.len());
         hierarchies.push(hierarchy);
     }

@@ -38,7 +38,7 @@ pub use body::{Bodies, Body, BodyShape};
 pub use contact::{ContactSettings, Side};
 pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
 pub use footprint::Footprint;
-pub use hierarchy::{EvenLoad, Hierarchy, HierarchyLevel, NodeRate, Parents, coarse_grid, shares, shares_of_nodes};
+pub use hierarchy::{Hierarchy, HierarchyLevel, NodeRate, Parents, coarse_grid, shares, shares_of_nodes};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use numbering::Numbering;
@@ -141,8 +141,6 @@ pub struct ClothRange {
     pub fastest: LevelRate,
     /// How fast each of its levels can vibrate, the finest first; none where masses are never scaled.
     pub rates: Vec<LevelRate>,
-    /// How much of its acceleration an even load gives it then.
-    pub even_load: EvenLoad,
     /// The part of its free mass that its heaviest particle has beyond four times the mean [1].
     pub heaviest: f64,
 }
@@ -154,6 +152,8 @@ pub struct LevelRate {
     pub frequency_squared: f64,
     /// g of dampers [1/s].
     pub damping: f64,
+    /// The part of the mass of what is not held that its particles carry, if they are not tied to what is held [1].
+    pub moving: f64,
 }
 
 impl ClothRange {

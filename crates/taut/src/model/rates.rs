@@ -75,7 +75,7 @@ pub(super) fn of_cloths(
     let of_cloth = |(cloth, (frequency_squared, damping)): (&ClothRange, (f64, f64))| {
         let curved = if cloth.curvatures.is_empty() { 0.0 } else { bending.curved.largest_rate() };
         let bends = bending.largest_rate(particles, cloth.particles()) + curved;
-        (LevelRate { frequency_squared: frequency_squared + bends, damping }, bends)
+        (LevelRate { frequency_squared: frequency_squared + bends, damping, moving: 1.0 }, bends)
     };
     cloths.iter().zip(forces.into_iter().zip(dampers)).map(of_cloth).collect()
 }

@@ -11,7 +11,7 @@ mod stability;
 pub(crate) use bodies::{BodyWays, Moving};
 pub use choice::{BadLength, Schedule};
 pub use halving::{Halving, Parts};
-pub use parts::{Calming, ClothPlan, Plan, ScaledTiming};
+pub use parts::{ClothPlan, Plan, ScaledTiming};
 
 use crate::inputs::Inputs;
 use crate::model::Model;

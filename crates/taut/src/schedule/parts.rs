@@ -3,7 +3,7 @@
 use super::pace;
 use super::stability::of_euler;
 use crate::geometry::power;
-use crate::model::{ClothRange, LevelRate, Model};
+use crate::model::{ClothRange, LevelRate, Model, shares};
 use crate::scene::{FilterKind, IntegratorKind, Solver};
 
 /// Part of the bound that plans use: compression turns springs soft, impulses of a filter do not count.
@@ -17,7 +17,7 @@ const OVERLAP: f64 = 1.25;
 /// The least part of its acceleration that an even load gives a cloth with scaled masses on the whole [1], of a grid and of a mesh.
 /// Levels of a mesh lie further apart, so that more of it is beside what is held.
 const SETS_OUT: f64 = 0.9;
-const SETS_OUT_OF_MESHES: f64 = 0.97;
+const SETS_OUT_OF_MESHES: f64 = 0.95;
 
 /// Masses are not scaled unless that saves so many times the parts.
 const WORTH: f64 = 2.0;
@@ -66,18 +66,6 @@ pub struct ScaledTiming {
     pub frequency_squared: f64,
     /// The g that a step bears from each level [1/s]; none where dampers take it in stages, with the masses as they are.
     pub damping: Option<f64>,
-    /// What is a little faster than the step is calmed at its start; none where that takes few more parts.
-    pub calming: Option<Calming>,
-}
-
-/// Springs as dampers, once in a step: velocities lose what springs would gain from looking so far ahead, but only as far as coarse levels
-/// show it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Calming {
-    /// How far ahead springs look [s].
-    pub ahead: f64,
-    /// The w^2 that this bears from each level [1/s^2].
-    pub frequency_squared: f64,
 }
 
 impl Plan {
@@ -128,13 +116,6 @@ impl ClothPlan {
     pub fn parts(&self) -> u32 {
         self.scaled.map_or(self.spring_steps, |scaled| scaled.parts)
     }
-
-    /// How often springs are looked at.
-    #[must_use]
-    pub fn looks(&self) -> u32 {
-        let calms = self.scaled.is_some_and(|scaled| scaled.calming.is_some());
-        self.parts() + if calms { Calming::LOOKS } else { 0 }
-    }
 }
 
 /// Whether springs and dampers take the filter's step in parts.
@@ -152,43 +133,31 @@ pub(super) fn spring_steps(step_length: f64, rates: &LevelRate) -> (f64, f64) {
 }
 
 /// Parts of the springs with scaled masses (docs/equations.md, "Scaled masses"). They are as few as three things allow: vibrations that
-/// must be seen, those of the coarsest level, whose masses are never scaled, and what is held. None if that is not much fewer than
+/// must be seen, those of the coarsest levels, whose masses are never scaled, and what is held. None if that is not much fewer than
 /// `unscaled`. The cloth moves by its size in `pace` seconds.
 pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: f64) -> Option<ScaledTiming> {
     let LevelRate { frequency_squared: slowest, damping, .. } = *cloth.rates.last()?;
     let mut parts = pace::parts(step_length, SCALED_PART * pace);
-    let sets_out = if cloth.lattice_of_levels().is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
-    let needed = OVERLAP * cloth.even_load.needed(sets_out);
-    if bears(step_length, parts) < needed {
+    if bears(step_length, parts) < OVERLAP * slowest {
         // bears() solved for the parts.
-        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * LEAST_DECAY, needed * power(step_length, 2));
+        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * LEAST_DECAY, OVERLAP * slowest * power(step_length, 2));
         parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
+    }
+    let sets_out = if cloth.lattice_of_levels().is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
+    while WORTH * parts <= unscaled && moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < sets_out {
+        parts = (1.25 * parts).ceil();
     }
     let frequency_squared = bears(step_length, parts);
     (WORTH * parts <= unscaled).then(|| {
         let ahead = calm(parts) / (step_length * frequency_squared);
-        let more = calmed(step_length, (parts, ahead), frequency_squared, 0.0);
-        let calming = (more.0 > parts + f64::from(Calming::LOOKS)).then(|| Calming::new(step_length, slowest));
-        let (parts, springs_ahead) = if calming.is_some() { (parts, ahead) } else { more };
+        let (parts, springs_ahead) = calmed(step_length, (parts, ahead), frequency_squared, 0.0);
         ScaledTiming {
             parts: parts as u32,
             springs_ahead,
             frequency_squared: frequency_squared / OVERLAP,
             damping: Some(1.0 / (OVERLAP * step_length)).filter(|bears| damping <= *bears),
-            calming,
         }
     })
-}
-
-impl Calming {
-    /// How often it looks at springs.
-    const LOOKS: u32 = 2;
-
-    /// For a cloth whose coarsest level has such a w^2 [1/s^2].
-    fn new(step_length: f64, slowest: f64) -> Self {
-        let ahead = (LEAST_AHEAD * step_length).min(LEAST_DECAY / (step_length * OVERLAP * slowest));
-        Self { ahead, frequency_squared: LEAST_DECAY / (step_length * ahead * OVERLAP) }
-    }
 }
 
 /// The parts of a step, and how far ahead springs look [s], that calm what is a little faster than the step as well; the fastest mode has
@@ -203,6 +172,13 @@ fn calmed(step_length: f64, (parts, ahead): (f64, f64), frequency_squared: f64, 
     let more = ((b + (b * b + a * c).sqrt()) / a).ceil().min(MORE_PARTS * parts);
     let part = step_length / more;
     (more, least.min((a / frequency_squared - part * part) / (2.0 * part)))
+}
+
+/// The part of its acceleration that an even load gives a cloth on the whole, if a w^2 of `borne` is borne [1]. Levels whose
+/// particles are tied to what is held give nothing there.
+fn moved_by_even_load(cloth: &ClothRange, borne: f64) -> f64 {
+    let shares = shares(borne, cloth.rates.iter().map(|rate| rate.frequency_squared));
+    if shares.is_empty() { 1.0 } else { shares.iter().zip(&cloth.rates).map(|(share, rate)| share * rate.moving).sum() }
 }
 
 /// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = calm / H.

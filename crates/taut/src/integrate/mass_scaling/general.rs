@@ -14,7 +14,7 @@ pub(super) struct GeneralMassLevels {
     own: Vec<Vec4>,
     coarse: Vec<MassLevel>,
     /// With springs and with dampers.
-    shares: [NodeShares; 3],
+    shares: [NodeShares; 2],
 }
 
 /// How much of its acceleration each particle of each level gives, as far as levels give anything.
@@ -65,7 +65,7 @@ impl MassLevels for GeneralMassLevels {
         let Some(hierarchy) = cloth.hierarchy else { return };
         let levels = &model.hierarchies[hierarchy].levels;
         let rate = |rate: &NodeRate| match acting {
-            Acting::Springs | Acting::Calming => rate.frequency_squared,
+            Acting::Springs => rate.frequency_squared,
             Acting::Dampers => rate.damping,
         };
         let shares = shares_of_nodes(borne, levels, rate);

@@ -18,8 +18,8 @@ pub(super) struct LatticeMassLevels {
     columns: usize,
     rows: usize,
     coarse: Vec<Grid>,
-    /// How much of its acceleration each level gives, the finest first, whatever acts: a_l.
-    shares: [Vec<f32>; 3],
+    /// How much of its acceleration each level gives, the finest first, with springs and with dampers: a_l.
+    shares: [Vec<f32>; 2],
     /// A row for each band that is worked on, and one more.
     scratch: Vec<Vec<f32>>,
 }
@@ -61,7 +61,7 @@ impl LatticeMassLevels {
 impl MassLevels for LatticeMassLevels {
     fn share_out(&mut self, _model: &Model, cloth: &ClothRange, acting: Acting, borne: f64) {
         let rate = |rate: &LevelRate| match acting {
-            Acting::Springs | Acting::Calming => rate.frequency_squared,
+            Acting::Springs => rate.frequency_squared,
             Acting::Dampers => rate.damping,
         };
         self.shares[acting as usize] =

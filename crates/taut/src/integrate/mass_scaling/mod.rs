@@ -32,7 +32,6 @@ pub(super) struct MassScaling {
 enum Acting {
     Springs,
     Dampers,
-    Calming,
 }
 
 /// Levels that can add `S M gains`.
@@ -64,9 +63,6 @@ impl MassScaling {
         if let Some(borne) = timing.damping {
             self.levels.share_out(model, cloth, Acting::Dampers, borne);
         }
-        if let Some(calming) = timing.calming {
-            self.levels.share_out(model, cloth, Acting::Calming, calming.frequency_squared);
-        }
     }
 
     /// `velocities += S M gains` of springs; gains of what is held are zero.
@@ -82,11 +78,6 @@ impl MassScaling {
     /// The same of dampers.
     pub fn add_damping(&mut self, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
         self.levels.add(Acting::Dampers, gains, velocities, pool);
-    }
-
-    /// The same of springs as dampers.
-    pub fn add_calming(&mut self, gains: &Vectors, velocities: &mut Vectors, pool: &Pool) {
-        self.levels.add(Acting::Calming, gains, velocities, pool);
     }
 }
 
@@ -252,45 +243,9 @@ mod tests {
         }
     }
 
-    /// The largest w^2 that vibrations have with masses as they act [1/s^2], by power iteration on small displacements.
-    fn fastest(model: &Model, scaling: &mut MassScaling, acting: Acting) -> f64 {
-        let (pool, mut forces, all) = (Pool::new(1), Forces::new(model), 0..model.particle_count());
-        let mut mode = velocities(model, 0.2);
-        let mut square = 0.0;
-        for _ in 0..200 {
-            let small = 1e-4 / product(model, &mode, &mode).sqrt();
-            let (mut moved, mut gained) = (model.particles.rest.clone(), Vectors::zeros(all.len()));
-            moved.add_scaled(all.clone(), &mode, small as f32, &pool);
-            gains(model, &model.cloths[0], &moved, &mut gained, 1.0, &mut forces, &pool);
-            mode = Vectors::zeros(all.len());
-            scaling.levels.add(acting, &gained, &mut mode, &pool);
-            square = product(model, &mode, &mode).sqrt() / 1e-4;
-        }
-        square
-    }
-
-    #[test]
-    fn an_even_load_gives_what_is_held_in_part_what_is_known_of_it() {
-        let pins: Vec<Value> = (0..9).map(|pin| json!({ "nearest": [0.0, 0.1 * f64::from(pin), 0.0] })).collect();
-        for (sheet, model, _, mut scaling) in sheets(&json!(pins)) {
-            let is_free = |particle: usize| model.particles.inverse_mass[particle] > 0.0;
-            let even: Vectors = (0..model.particle_count()).map(|p| Vec3::X * f32::from(is_free(p))).collect();
-            let all = product(&model, &even, &even);
-            let cloth = &model.cloths[0];
-            for wanted in [0.6, 0.8, 0.9, 0.97] {
-                let square = cloth.even_load.needed(wanted);
-                scaling.levels.share_out(&model, cloth, Acting::Springs, square);
-                let given = product(&model, &apply(&mut scaling, &even), &even) / all;
-                assert!(square >= cloth.rates.last().expect("levels").frequency_squared, "{sheet}: {square}");
-                // What lies between two that are known is taken from a straight line.
-                assert!(given > wanted - 0.02, "{sheet}: {given} instead of {wanted}");
-            }
-        }
-    }
-
     #[test]
     fn no_vibration_is_faster_than_the_step_bears() {
-        let mut found = [0; 2];
+        let mut found = 0;
         for (cells, pins, stiffness) in [
             ([20, 20], json!([]), 40.0),
             ([33, 17], json!([{ "nearest": [0.0, 0.8, 0.0] }]), 20.0),
@@ -299,27 +254,30 @@ mod tests {
             ([130, 21], json!([]), 20.0),
             ([98, 75], json!([{ "nearest": [0.31, 0.4, 0.0] }]), 20.0),
             ([24, 40], json!([{ "box": [[-0.01, -1, -1], [0.01, 1, 1]] }, { "nearest": [0.53, 0.41, 0.0] }]), 20.0),
-            ([70, 50], json!([{ "box": [[-0.01, -1, -1], [2, 0.01, 1]] }, { "box": [[-0.01, -1, -1], [0.01, 1, 1]] }]), 20.0),
-            ([90, 25], json!([{ "box": [[-0.01, -1, -1], [0.5, 2, 1]] }]), 20.0),
         ] {
             for source in [Source::Grid, Source::Mesh, Source::Disc] {
                 let Some((model, plan, mut scaling)) = scaled(source, cells, pins.clone(), stiffness) else { continue };
-                found[0] += 1;
+                found += 1;
                 let timing = plan.cloths[0].scaled.expect("masses are scaled");
-                let square = fastest(&model, &mut scaling, Acting::Springs);
+                // The largest eigenvalue by power iteration on small displacements.
+                let (pool, mut forces, all) = (Pool::new(1), Forces::new(&model), 0..model.particle_count());
+                let mut mode = velocities(&model, 0.2);
+                let mut square = 0.0;
+                for _ in 0..200 {
+                    let small = 1e-4 / product(&model, &mode, &mode).sqrt();
+                    let (mut moved, mut gained) = (model.particles.rest.clone(), Vectors::zeros(all.len()));
+                    moved.add_scaled(all.clone(), &mode, small as f32, &pool);
+                    gains(&model, &model.cloths[0], &moved, &mut gained, 1.0, &mut forces, &pool);
+                    mode = apply(&mut scaling, &gained);
+                    square = product(&model, &mode, &mode).sqrt() / 1e-4;
+                }
                 let part = plan.length / f64::from(timing.parts);
                 let (vibrates, damped) = (part * part * square, part * square * timing.springs_ahead);
                 assert!(vibrates + 2.0 * damped < 4.0, "{source:?} {cells:?}: {vibrates} {damped}");
                 assert!(vibrates + 2.0 * damped > 0.8, "{source:?} {cells:?}: needlessly slow, {vibrates} {damped}");
-                if let Some(calming) = timing.calming {
-                    found[1] += 1;
-                    let lost = plan.length * calming.ahead * fastest(&model, &mut scaling, Acting::Calming);
-                    assert!(lost < 1.3, "{source:?} {cells:?}: velocities are turned round by {lost}");
-                    assert!(lost > 0.3, "{source:?} {cells:?}: hardly anything is calmed, {lost}");
-                }
             }
         }
-        assert!(found[0] >= 18 && found[1] >= 3, "{found:?}");
+        assert!(found >= 15, "{found}");
     }
 
     #[test]

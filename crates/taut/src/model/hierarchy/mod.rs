@@ -3,7 +3,6 @@
 
 pub mod coarse_grid;
 mod coarsen;
-mod even_load;
 mod interpolation;
 mod rates;
 
@@ -12,7 +11,6 @@ use glam::Vec3;
 use super::surface::{Search, Surface};
 use super::{ClothRange, Particles, Springs};
 use coarsen::{Choosing, coarser};
-pub use even_load::EvenLoad;
 pub use rates::{NodeRate, shares, shares_of_nodes};
 pub(super) use rates::{of_grid, of_hierarchy};
 

@@ -5,7 +5,7 @@
 //! carries, no vibration has a larger w^2 than the largest sum of a row of `M^-1 sum k |r| |r|^T` (Gershgorin).
 
 use super::coarse_grid::{carry, coarsened};
-use super::{EvenLoad, Hierarchy, HierarchyLevel};
+use super::{Hierarchy, HierarchyLevel};
 use crate::model::{ClothRange, LevelRate, Springs};
 
 /// Smaller parts of a row are left out; they are rounding [1].
@@ -78,24 +78,18 @@ pub fn shares_of_nodes(borne: f64, levels: &[HierarchyLevel], rate: impl Fn(&Nod
     left
 }
 
-/// Rates of a grid of so many columns and rows with these masses [kg], nothing for what is held; and what an even load gives it. The
-/// finest level has `finest`. From one to the next they fall to a quarter.
-pub(in crate::model) fn of_grid(
-    [mut columns, mut rows]: [usize; 2],
-    mut masses: Vec<f64>,
-    finest: LevelRate,
-) -> (Vec<LevelRate>, EvenLoad) {
+/// Rates of a grid of so many columns and rows with these masses [kg], nothing for what is held. The finest level has `finest`. From one
+/// to the next they fall to a quarter.
+pub(in crate::model) fn of_grid([mut columns, mut rows]: [usize; 2], mut masses: Vec<f64>, finest: LevelRate) -> Vec<LevelRate> {
     let (mut rates, mut rate, all) = (vec![finest], finest, masses.iter().sum::<f64>());
-    let mut moving = vec![1.0];
     while columns.max(rows) > 2 {
         masses = carry(&masses, columns, rows);
         (columns, rows) = (coarsened(columns), coarsened(rows));
-        moving.push(masses.iter().sum::<f64>() / all);
-        rate = LevelRate { frequency_squared: rate.frequency_squared / 4.0, damping: rate.damping / 4.0 };
+        let moving = masses.iter().sum::<f64>() / all;
+        rate = LevelRate { frequency_squared: rate.frequency_squared / 4.0, damping: rate.damping / 4.0, moving };
         rates.push(rate);
     }
-    let even_load = EvenLoad::of_levels(&rates, &moving);
-    (rates, even_load)
+    rates
 }
 
 /// Rates of the levels of a mesh, and of their particles. `bending` is the w^2 of its bending [1/s^2],
@@ -108,7 +102,7 @@ pub(in crate::model) fn of_hierarchy(
 ) -> Vec<LevelRate> {
     let mut rows = rows(&hierarchy.levels[0], cloth, springs);
     let mut rates: Vec<LevelRate> = Vec::new();
-    let mut finest = 0.0;
+    let (mut finest, all) = (0.0, hierarchy.levels[0].masses.iter().sum::<f64>());
     for index in 0..hierarchy.levels.len() {
         let (finer, level) = hierarchy.levels.split_at_mut(index);
         let (finer, level) = (finer.last(), &mut level[0]);
@@ -137,8 +131,9 @@ pub(in crate::model) fn of_hierarchy(
             slower_than(finer, level);
         }
         let fastest = |of: fn(&NodeRate) -> f64| level.rates.iter().map(of).fold(0.0, f64::max);
-        rates
-            .push(LevelRate { frequency_squared: fastest(|rate| rate.frequency_squared), damping: fastest(|rate| rate.damping) });
+        let moving = level.masses.iter().sum::<f64>() / all;
+        let (frequency_squared, damping) = (fastest(|rate| rate.frequency_squared), fastest(|rate| rate.damping));
+        rates.push(LevelRate { frequency_squared, damping, moving });
     }
     rates
 }
