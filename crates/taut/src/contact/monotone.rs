@@ -318,6 +318,18 @@ mod tests {
             .run(&places(turned.clone(), turned.iter().map(|place| *place + DVec3::new(0.1, 5.0, 0.0)).collect()), &Pool::new(1));
         let [neighbours, flat] = spared(&tree, &monotone);
         assert!(flat * 3 > neighbours * 2, "{flat} of {neighbours}");
+        // The hole bounds domains; far from it all neighbours are spared.
+        let is_far = |leaf: &Leaf| tree.vertices_of(leaf.index).all(|vertex| rest[vertex as usize].x > 0.8);
+        let far: Vec<&Leaf> = tree.leaves.iter().filter(|leaf| is_far(leaf)).collect();
+        let mut count = 0;
+        for (one, other) in far.iter().flat_map(|one| far.iter().map(move |other| (*one, *other))) {
+            let own: Vec<u32> = tree.vertices_of(one.index).collect();
+            if tree.vertices_of(other.index).any(|vertex| own.contains(&vertex)) {
+                count += 1;
+                assert!(monotone.spares(one, other), "{} and {}", one.index, other.index);
+            }
+        }
+        assert!(count >= 20, "{count}");
         // Laid over along its middle, with a gap.
         let folded: Vec<DVec3> =
             rest.iter().map(|place| if place.x > 0.5 { DVec3::new(1.0 - place.x, place.y, 0.01) } else { *place }).collect();
