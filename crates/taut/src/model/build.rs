@@ -250,6 +250,7 @@ impl Assembly {
             strain_limit: cloth.tightest_limit(),
             fastest: LevelRate::default(),
             rates: Vec::new(),
+            sets_out: f64::INFINITY,
             heaviest: 0.0,
         });
         Ok(())

@@ -65,11 +65,12 @@ pub(super) fn levels(
         let held = |particle: usize| particles.inverse_mass[range.first + particle] == 0.0;
         if let Some(lattice) = range.lattice.map(|lattice| &lattices[lattice]).filter(|lattice| lattice.is_held_plainly(held)) {
             range.rates = of_grid([lattice.columns, lattice.rows], particles.free_masses(range), finest);
-            range.hierarchy = None;
+            (range.hierarchy, range.sets_out) = (None, f64::INFINITY);
             continue;
         }
         let mut hierarchy = Hierarchy::new(range, particles, springs, triangles);
-        range.rates = if range.is_network { Vec::new() } else { of_hierarchy(&mut hierarchy, range, springs, bending) };
+        (range.rates, range.sets_out) =
+            if range.is_network { (Vec::new(), f64::INFINITY) } else { of_hierarchy(&mut hierarchy, range, springs, bending) };
         range.hierarchy = Some(hierarchies.len());
         hierarchies.push(hierarchy);
     }

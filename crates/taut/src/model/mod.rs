@@ -141,6 +141,9 @@ pub struct ClothRange {
     pub fastest: LevelRate,
     /// How fast each of its levels can vibrate, the finest first; none where masses are never scaled.
     pub rates: Vec<LevelRate>,
+    /// With this w^2 borne of each level an even load gives a mesh enough of its acceleration, counted particle by particle [1/s^2];
+    /// infinite where that is not counted.
+    pub sets_out: f64,
     /// The part of its free mass that its heaviest particle has beyond four times the mean [1].
     pub heaviest: f64,
 }

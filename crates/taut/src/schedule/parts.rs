@@ -143,8 +143,7 @@ pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: 
         let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * LEAST_DECAY, OVERLAP * slowest * power(step_length, 2));
         parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
     }
-    let sets_out = if cloth.lattice_of_levels().is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
-    while WORTH * parts <= unscaled && moved_by_even_load(cloth, bears(step_length, parts) / OVERLAP) < sets_out {
+    while WORTH * parts <= unscaled && !sets_out(cloth, bears(step_length, parts) / OVERLAP) {
         parts = (1.25 * parts).ceil();
     }
     let frequency_squared = bears(step_length, parts);
@@ -174,11 +173,14 @@ fn calmed(step_length: f64, (parts, ahead): (f64, f64), frequency_squared: f64, 
     (more, least.min((a / frequency_squared - part * part) / (2.0 * part)))
 }
 
-/// The part of its acceleration that an even load gives a cloth on the whole, if a w^2 of `borne` is borne [1]. Levels whose
-/// particles are tied to what is held give nothing there.
-fn moved_by_even_load(cloth: &ClothRange, borne: f64) -> f64 {
+/// Whether an even load gives a cloth enough of its acceleration on the whole, if a w^2 of `borne` is borne. Levels whose particles are tied
+/// to what is held give nothing there. Either of two counts will do: level by level, as if each were everywhere as fast as at its
+/// finest place, or particle by particle.
+fn sets_out(cloth: &ClothRange, borne: f64) -> bool {
+    let wanted = if cloth.lattice_of_levels().is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
     let shares = shares(borne, cloth.rates.iter().map(|rate| rate.frequency_squared));
-    if shares.is_empty() { 1.0 } else { shares.iter().zip(&cloth.rates).map(|(share, rate)| share * rate.moving).sum() }
+    let moved = || shares.iter().zip(&cloth.rates).map(|(share, rate)| share * rate.moving).sum::<f64>();
+    shares.is_empty() || borne >= cloth.sets_out || moved() >= wanted
 }
 
 /// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = calm / H.

@@ -95,12 +95,15 @@ mod tests {
     use crate::scene::Scene;
     use crate::schedule::{Plan, Schedule};
 
-    /// A sheet, as a grid or as a crooked mesh of as many vertices; or a disc in so many rings and spokes, fine in the middle.
+    /// A sheet, as a grid or as a crooked mesh of as many vertices, which is alike everywhere or finer and finer towards one corner; or a
+    /// disc in so many rings and spokes, fine in the middle, whose rings are alike or each half as wide again as the one within.
     #[derive(Debug, Clone, Copy, PartialEq)]
     enum Source {
         Grid,
         Mesh,
+        Graded,
         Disc,
+        Target,
     }
 
     fn model(source: Source, cells: [u32; 2], pins: Value, stiffness: f64) -> (Model, Plan) {
@@ -108,9 +111,15 @@ mod tests {
         let mut meshes = BTreeMap::new();
         match source {
             Source::Grid => cloth["grid"] = json!({ "size": [1.0, 0.8], "cells": cells, "axes": ["x", "y"] }),
-            Source::Mesh | Source::Disc => {
+            mesh => {
                 cloth["mesh"] = json!("mesh");
-                meshes.insert("mesh".to_owned(), if source == Source::Mesh { crooked(cells) } else { disc(cells) });
+                let mesh = match mesh {
+                    Source::Mesh => crooked(cells),
+                    Source::Graded => graded(cells),
+                    Source::Target => disc(cells, |ring| 1.5_f64.powi(ring as i32) - 1.0),
+                    _ => disc(cells, f64::from),
+                };
+                meshes.insert("mesh".to_owned(), mesh);
             }
         }
         let document = json!({ "cloth": [cloth], "gravity": [0.0, 0.0, 0.0] });
@@ -143,12 +152,19 @@ mod tests {
         mesh
     }
 
-    /// A disc of 1 m around (0.5, 0.4).
-    fn disc([rings, spokes]: [u32; 2]) -> MeshData {
+    /// The same with edges that grow along both sides.
+    fn graded(cells: [u32; 2]) -> MeshData {
+        let mut mesh = crooked(cells);
+        mesh.vertices.iter_mut().for_each(|[x, y, _]| (*x, *y) = (*x * *x, *y * *y / 0.8));
+        mesh
+    }
+
+    /// A disc of 1 m around (0.5, 0.4), with rings of such radii.
+    fn disc([rings, spokes]: [u32; 2], radius: impl Fn(u32) -> f64) -> MeshData {
         let mut mesh = MeshData { vertices: vec![[0.5, 0.4, 0.0]], ..MeshData::default() };
         for (ring, spoke) in (1..=rings).flat_map(|ring| (0..spokes).map(move |spoke| (ring, spoke))) {
             let (radius, angle) =
-                (0.5 * f64::from(ring) / f64::from(rings), std::f64::consts::TAU * f64::from(spoke) / f64::from(spokes));
+                (0.5 * radius(ring) / radius(rings), std::f64::consts::TAU * f64::from(spoke) / f64::from(spokes));
             mesh.vertices.push([0.5 + radius * angle.cos(), 0.4 + radius * angle.sin(), 0.0]);
         }
         let at = |ring: u32, spoke: u32| i64::from(1 + ring * spokes + spoke % spokes);
@@ -255,7 +271,7 @@ mod tests {
             ([98, 75], json!([{ "nearest": [0.31, 0.4, 0.0] }]), 20.0),
             ([24, 40], json!([{ "box": [[-0.01, -1, -1], [0.01, 1, 1]] }, { "nearest": [0.53, 0.41, 0.0] }]), 20.0),
         ] {
-            for source in [Source::Grid, Source::Mesh, Source::Disc] {
+            for source in [Source::Grid, Source::Mesh, Source::Graded, Source::Disc] {
                 let Some((model, plan, mut scaling)) = scaled(source, cells, pins.clone(), stiffness) else { continue };
                 found += 1;
                 let timing = plan.cloths[0].scaled.expect("masses are scaled");
@@ -278,6 +294,20 @@ mod tests {
             }
         }
         assert!(found >= 15, "{found}");
+    }
+
+    #[test]
+    fn a_mesh_that_is_much_finer_in_places_takes_few_parts() {
+        let pins = json!([{ "nearest": [1.0, 0.4, 0.0] }]);
+        for (source, cells) in [(Source::Target, [12, 24]), (Source::Target, [8, 48]), (Source::Graded, [40, 40])] {
+            let (model, plan, mut scaling) = scaled(source, cells, pins.clone(), 100.0).expect("masses are scaled");
+            let cloth = &plan.cloths[0];
+            assert!(30 * cloth.parts() < cloth.spring_steps, "{source:?}: {} of {}", cloth.parts(), cloth.spring_steps);
+            let is_free = |particle: usize| f32::from(model.particles.inverse_mass[particle] > 0.0);
+            let even: Vectors = (0..model.particle_count()).map(|particle| Vec3::X * is_free(particle)).collect();
+            let moved = product(&model, &apply(&mut scaling, &even), &even) / product(&model, &even, &even);
+            assert!(moved > 0.9, "{source:?}: an even load gives {moved} of its acceleration");
+        }
     }
 
     #[test]

@@ -14,6 +14,9 @@ const REACH: f32 = 1.5;
 /// .. and in a held row for free ones and for held ones nearer than these. What is beside a held particle cannot go far. Levels that
 /// miss that particle would move it each time to where the finer ones cannot follow.
 const REACH_OF_HELD_ROWS: [f32; 2] = [1.25, 0.5];
+/// A particle whose nearest neighbour is farther than so many times the median of the level stands for itself alone: the finest places are
+/// thinned out first. Else a mesh that is fine in places has no particles left where it is coarse before it is coarse everywhere.
+pub(super) const EVEN: f32 = 2.5;
 /// Coarse springs are at most so many times longer than a chosen particle reaches.
 const LONGEST: f32 = 2.6;
 /// Coarse springs that begin at a particle, the shortest first.
@@ -46,9 +49,9 @@ impl Choosing<'_> {
     }
 }
 
-/// The next level; its springs are few or none where there is nothing left to join.
-pub(super) fn coarser(fine: &HierarchyLevel, cloth: &Choosing<'_>, search: &mut Search) -> HierarchyLevel {
-    let choice = Choice::new(fine, cloth, search);
+/// The next level, thinned out where it is fine: see [`EVEN`]. Its springs are few or none where there is nothing left to join.
+pub(super) fn coarser(fine: &HierarchyLevel, cloth: &Choosing<'_>, even: f32, search: &mut Search) -> HierarchyLevel {
+    let choice = Choice::new(fine, cloth, even, search);
     let mut coarse_of = vec![NONE; fine.nodes.len()];
     for (coarse, &place) in (0..).zip(&choice.chosen) {
         coarse_of[place as usize] = coarse;
@@ -81,13 +84,14 @@ struct Choice {
 }
 
 impl Choice {
-    fn new(fine: &HierarchyLevel, cloth: &Choosing<'_>, search: &mut Search) -> Self {
+    fn new(fine: &HierarchyLevel, cloth: &Choosing<'_>, even: f32, search: &mut Search) -> Self {
         let mut place = vec![NONE; cloth.held.len()];
         for (index, &node) in fine.nodes.iter().enumerate() {
             place[node as usize] = index as u32;
         }
         let most = MOST_REACHED * cloth.held.len() / fine.nodes.len();
         let spacing = spacing(fine);
+        let is_thinned = thinned(fine, even);
         let mut covered = vec![false; fine.nodes.len()];
         let mut choice = Self { chosen: Vec::new(), reached: Vec::new() };
         let mut front = VecDeque::new();
@@ -107,7 +111,7 @@ impl Choice {
                 && cloth.surface.links(fine.nodes[index as usize]).iter().any(|&(other, _)| cloth.held[other as usize]);
             for &(other, distance) in &list {
                 let stands_for = if in_row { REACH_OF_HELD_ROWS[usize::from(held(other))] } else { REACH };
-                if distance < stands_for * spacing[index as usize] {
+                if distance < stands_for * spacing[index as usize] && is_thinned[index as usize] {
                     covered[other as usize] = true;
                 } else if other != index {
                     front.push_back(other);
@@ -174,6 +178,18 @@ fn spacing(level: &HierarchyLevel) -> Vec<f32> {
         list.iter().sum::<f32>() / list.len().max(1) as f32
     };
     lengths.iter_mut().map(mean).collect()
+}
+
+/// Which particles of a level may stand for others: those whose nearest neighbour is at most `even` times as far as the median.
+fn thinned(level: &HierarchyLevel, even: f32) -> Vec<bool> {
+    let mut nearest = vec![f32::INFINITY; level.nodes.len()];
+    for &(ends, length) in &level.springs {
+        ends.iter().for_each(|&end| nearest[end as usize] = nearest[end as usize].min(length));
+    }
+    let mut sorted = nearest.clone();
+    sorted.sort_by(f32::total_cmp);
+    let most = even * sorted[sorted.len() / 2];
+    nearest.iter().map(|&nearest| nearest <= most).collect()
 }
 
 /// Joins each chosen particle to those around it, except where a way over another is as short.

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::surface::{Search, Surface};
 use super::{ClothRange, Particles, Springs};
-use coarsen::{Choosing, coarser};
+use coarsen::{Choosing, EVEN, coarser};
 pub use rates::{NodeRate, shares, shares_of_nodes};
 pub(super) use rates::{of_grid, of_hierarchy};
 
@@ -92,10 +92,11 @@ impl Hierarchy {
         let mut search = Search::new(cloth.count);
         let on = Choosing { surface: &surface, held: &held, rank: &rank };
         while let Some(fine) = levels.last().filter(|level| level.nodes.len() > FEW) {
-            let coarse = coarser(fine, &on, &mut search);
-            if coarse.springs.is_empty() || coarse.nodes.len() as f64 > SHRINKS * fine.nodes.len() as f64 {
-                break;
-            }
+            let shrinks = |coarse: &HierarchyLevel| {
+                !coarse.springs.is_empty() && coarse.nodes.len() as f64 <= SHRINKS * fine.nodes.len() as f64
+            };
+            let coarse = [EVEN, f32::INFINITY].into_iter().map(|even| coarser(fine, &on, even, &mut search)).find(shrinks);
+            let Some(coarse) = coarse else { break };
             levels.push(coarse);
         }
         Self { levels }
