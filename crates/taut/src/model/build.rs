@@ -10,9 +10,9 @@ use super::bending::{CurvedCloth, Row};
 use super::extent;
 use super::part::{Panel, Part};
 use super::{
-    Adjacency, Bend, Bending, Bodies, Buckling, ClothRange, ContactSettings, Curvatures, Curve, CurvedLink, CurvedSprings,
+    Adjacency, Bend, Bending, Bodies, Borne, Buckling, ClothRange, ContactSettings, Curvatures, Curve, CurvedLink, CurvedSprings,
     Follows, Lattice, LevelRate, Link, MeshData, Model, Numbering, Origin, Panels, Particles, PinGroup, Resistance, SpringKind,
-    Springs, bending, compatibility, curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, precision, rates,
+    Springs, bending, compatibility, curve::CurvesOfCloth, free::levels, grid, mesh, network, numbering, pins, precision,
     rates::Rates, thick, weights,
 };
 use crate::geometry::{Vectors, turn};
@@ -250,7 +250,7 @@ impl Assembly {
             strain_limit: cloth.tightest_limit(),
             fastest: LevelRate::default(),
             rates: Vec::new(),
-            sets_out: f64::INFINITY,
+            borne: Borne::default(),
             heaviest: 0.0,
         });
         Ok(())
@@ -293,8 +293,7 @@ impl Assembly {
         }
         let rates = Rates::new(&self.particles, &springs, &bending, self.drag_rate, self.wind_rate);
         let filter = scene.solver.filter;
-        let of_cloths = rates::of_cloths(&self.cloths, &self.particles, &springs, &bending);
-        let hierarchies = levels(filter, &mut self.cloths, &self.particles, &springs, &self.triangles, &lattices, &of_cloths);
+        let hierarchies = levels(filter, &mut self.cloths, &self.particles, &springs, &bending, &self.triangles, &lattices);
         self.warnings.extend(compatibility::check(&scene.solver, &self.cloths, &springs, &self.particles)?);
         self.warnings.extend(thick::cautions(scene, &self.cloths, &springs, &self.numbering));
         let in_lattice = |index: &usize| self.cloths.iter().any(|cloth| cloth.lattice.is_some() && cloth.springs.contains(index));

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::hierarchy::{of_grid, of_hierarchy};
-use super::{ClothRange, Hierarchy, Lattice, LevelRate, Model, Particles, Rates, Springs, rates};
+use super::{Bending, Borne, ClothRange, Hierarchy, Lattice, Model, Particles, Rates, Springs, rates};
 use crate::scene::FilterKind;
 
 impl Model {
@@ -15,15 +15,14 @@ impl Model {
         particles.iter().for_each(|&particle| model.particles.inverse_mass[particle as usize] = 0.0);
         let Rates { still_air, wind, .. } = self.rates;
         model.rates = Rates::new(&model.particles, &model.springs, &model.bending, still_air, wind);
-        let of_cloths = rates::of_cloths(&model.cloths, &model.particles, &model.springs, &model.bending);
         model.hierarchies = levels(
             self.solver.filter,
             &mut model.cloths,
             &model.particles,
             &model.springs,
+            &model.bending,
             &model.triangles,
             &model.lattices,
-            &of_cloths,
         )
         .into();
         model
@@ -48,12 +47,13 @@ pub(super) fn levels(
     cloths: &mut [ClothRange],
     particles: &Particles,
     springs: &Springs,
+    bending: &Bending,
     triangles: &[[u32; 3]],
     lattices: &[Lattice],
-    rates: &[(LevelRate, f64)],
 ) -> Vec<Hierarchy> {
     let mut hierarchies = Vec::new();
-    for (range, (fastest, _)) in cloths.iter_mut().zip(rates) {
+    let rates = rates::of_cloths(cloths, particles, springs, bending);
+    for (range, (fastest, _)) in cloths.iter_mut().zip(&rates) {
         range.fastest = *fastest;
     }
     if filter != FilterKind::CoarseToFine {
@@ -61,16 +61,17 @@ pub(super) fn levels(
     }
     for range in cloths {
         range.heaviest = particles.heaviest(range);
-        let (finest, bending) = rates[range.index];
+        let (finest, bends) = rates[range.index];
         let held = |particle: usize| particles.inverse_mass[range.first + particle] == 0.0;
         if let Some(lattice) = range.lattice.map(|lattice| &lattices[lattice]).filter(|lattice| lattice.is_held_plainly(held)) {
             range.rates = of_grid([lattice.columns, lattice.rows], particles.free_masses(range), finest);
-            (range.hierarchy, range.sets_out) = (None, f64::INFINITY);
+            range.borne = Borne::of_grid(&range.rates);
+            range.hierarchy = None;
             continue;
         }
         let mut hierarchy = Hierarchy::new(range, particles, springs, triangles);
-        (range.rates, range.sets_out) =
-            if range.is_network { (Vec::new(), f64::INFINITY) } else { of_hierarchy(&mut hierarchy, range, springs, bending) };
+        range.rates = if range.is_network { Vec::new() } else { of_hierarchy(&mut hierarchy, range, springs, bends) };
+        range.borne = Borne::of_mesh(&hierarchy, range, &range.rates, springs, bending);
         range.hierarchy = Some(hierarchies.len());
         hierarchies.push(hierarchy);
     }

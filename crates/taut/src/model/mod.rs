@@ -38,7 +38,7 @@ pub use body::{Bodies, Body, BodyShape};
 pub use contact::{ContactSettings, Side};
 pub use curve::{Curve, CurvedLink, CurvedSprings, Follows};
 pub use footprint::Footprint;
-pub use hierarchy::{Hierarchy, HierarchyLevel, NodeRate, Parents, coarse_grid, shares, shares_of_nodes};
+pub use hierarchy::{Borne, Hierarchy, HierarchyLevel, NodeRate, Parents, coarse_grid, shares, shares_of_nodes};
 pub use lattice::{Lattice, SpringRun};
 pub use mesh::MeshData;
 pub use numbering::Numbering;
@@ -141,9 +141,8 @@ pub struct ClothRange {
     pub fastest: LevelRate,
     /// How fast each of its levels can vibrate, the finest first; none where masses are never scaled.
     pub rates: Vec<LevelRate>,
-    /// With this w^2 borne of each level an even load gives a mesh enough of its acceleration, counted particle by particle [1/s^2];
-    /// infinite where that is not counted.
-    pub sets_out: f64,
+    /// What a step must bear of them.
+    pub borne: Borne,
     /// The part of its free mass that its heaviest particle has beyond four times the mean [1].
     pub heaviest: f64,
 }

@@ -3,7 +3,7 @@
 use super::pace;
 use super::stability::of_euler;
 use crate::geometry::power;
-use crate::model::{ClothRange, LevelRate, Model, shares};
+use crate::model::{Borne, ClothRange, LevelRate, Model};
 use crate::scene::{FilterKind, IntegratorKind, Solver};
 
 /// Part of the bound that plans use: compression turns springs soft, impulses of a filter do not count.
@@ -11,16 +11,13 @@ pub(super) const SAFETY: f64 = 0.9;
 /// The longest part of a step that springs with scaled masses take, as a part of the time in which the cloth moves by its size [1].
 /// Vibrations that are slower than this are as they should be. It is 1/180 s for a cloth of 1 m.
 const SCALED_PART: f64 = 0.0174;
-/// How much larger the largest eigenvalue of springs with scaled masses may be than that of each level, with its share.
-const OVERLAP: f64 = 1.25;
+/// How much larger the largest eigenvalue of dampers with scaled masses may be than that of each level, with its share.
+const OVERLAP_OF_DAMPERS: f64 = 1.25;
 
-/// The least part of its acceleration that an even load gives a cloth with scaled masses on the whole [1], of a grid and of a mesh.
-/// Levels of a mesh lie further apart, so that more of it is beside what is held.
-const SETS_OUT: f64 = 0.9;
-const SETS_OUT_OF_MESHES: f64 = 0.95;
-
-/// Masses are not scaled unless that saves so many times the parts.
+/// Masses are not scaled unless that takes so many times fewer parts, of a grid and of a mesh, where a part with scaled masses costs 1.7
+/// plain ones.
 const WORTH: f64 = 2.0;
+const WORTH_ON_MESHES: f64 = 2.5;
 
 /// h g of the fastest mode, at least, where a filter looks at several parts of a step together [1]. The filter takes back the
 /// displacement D of a step, and D / h from the velocity. A vibration of frequency w leaves the step with V cos(w h) and
@@ -136,25 +133,23 @@ pub(super) fn spring_steps(step_length: f64, rates: &LevelRate) -> (f64, f64) {
 /// must be seen, those of the coarsest levels, whose masses are never scaled, and what is held. None if that is not much fewer than
 /// `unscaled`. The cloth moves by its size in `pace` seconds.
 pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: f64) -> Option<ScaledTiming> {
-    let LevelRate { frequency_squared: slowest, damping, .. } = *cloth.rates.last()?;
+    let (Borne { least, overlap }, damping) = (cloth.borne, cloth.rates.last()?.damping);
     let mut parts = pace::parts(step_length, SCALED_PART * pace);
-    if bears(step_length, parts) < OVERLAP * slowest {
+    if bears(step_length, parts) < overlap * least {
         // bears() solved for the parts.
-        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * LEAST_DECAY, OVERLAP * slowest * power(step_length, 2));
+        let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * LEAST_DECAY, overlap * least * power(step_length, 2));
         parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
     }
-    while WORTH * parts <= unscaled && !sets_out(cloth, bears(step_length, parts) / OVERLAP) {
-        parts = (1.25 * parts).ceil();
-    }
     let frequency_squared = bears(step_length, parts);
-    (WORTH * parts <= unscaled).then(|| {
+    let worth = if cloth.lattice_of_levels().is_some() { WORTH } else { WORTH_ON_MESHES };
+    (worth * parts <= unscaled).then(|| {
         let ahead = calm(parts) / (step_length * frequency_squared);
         let (parts, springs_ahead) = calmed(step_length, (parts, ahead), frequency_squared, 0.0);
         ScaledTiming {
             parts: parts as u32,
             springs_ahead,
-            frequency_squared: frequency_squared / OVERLAP,
-            damping: Some(1.0 / (OVERLAP * step_length)).filter(|bears| damping <= *bears),
+            frequency_squared: frequency_squared / overlap,
+            damping: Some(1.0 / (OVERLAP_OF_DAMPERS * step_length)).filter(|bears| damping <= *bears),
         }
     })
 }
@@ -171,16 +166,6 @@ fn calmed(step_length: f64, (parts, ahead): (f64, f64), frequency_squared: f64, 
     let more = ((b + (b * b + a * c).sqrt()) / a).ceil().min(MORE_PARTS * parts);
     let part = step_length / more;
     (more, least.min((a / frequency_squared - part * part) / (2.0 * part)))
-}
-
-/// Whether an even load gives a cloth enough of its acceleration on the whole, if a w^2 of `borne` is borne. Levels whose particles are tied
-/// to what is held give nothing there. Either of two counts will do: level by level, as if each were everywhere as fast as at its
-/// finest place, or particle by particle.
-fn sets_out(cloth: &ClothRange, borne: f64) -> bool {
-    let wanted = if cloth.lattice_of_levels().is_some() { SETS_OUT } else { SETS_OUT_OF_MESHES };
-    let shares = shares(borne, cloth.rates.iter().map(|rate| rate.frequency_squared));
-    let moved = || shares.iter().zip(&cloth.rates).map(|(share, rate)| share * rate.moving).sum::<f64>();
-    shares.is_empty() || borne >= cloth.sets_out || moved() >= wanted
 }
 
 /// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = calm / H.

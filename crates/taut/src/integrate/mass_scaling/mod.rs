@@ -96,7 +96,7 @@ mod tests {
     use crate::schedule::{Plan, Schedule};
 
     /// A sheet, as a grid or as a crooked mesh of as many vertices, which is alike everywhere or finer and finer towards one corner; or a
-    /// disc in so many rings and spokes, fine in the middle, whose rings are alike or each half as wide again as the one within.
+    /// disc in so many rings and spokes, fine in the middle, whose rings are alike or each wider than the one within by the same factor.
     #[derive(Debug, Clone, Copy, PartialEq)]
     enum Source {
         Grid,
@@ -116,7 +116,7 @@ mod tests {
                 let mesh = match mesh {
                     Source::Mesh => crooked(cells),
                     Source::Graded => graded(cells),
-                    Source::Target => disc(cells, |ring| 1.5_f64.powi(ring as i32) - 1.0),
+                    Source::Target => disc(cells, |ring| (1.0 + 4.0 / 12.0_f64.max(cells[0].into())).powi(ring as i32) - 1.0),
                     _ => disc(cells, f64::from),
                 };
                 meshes.insert("mesh".to_owned(), mesh);
@@ -271,7 +271,7 @@ mod tests {
             ([98, 75], json!([{ "nearest": [0.31, 0.4, 0.0] }]), 20.0),
             ([24, 40], json!([{ "box": [[-0.01, -1, -1], [0.01, 1, 1]] }, { "nearest": [0.53, 0.41, 0.0] }]), 20.0),
         ] {
-            for source in [Source::Grid, Source::Mesh, Source::Graded, Source::Disc] {
+            for source in [Source::Grid, Source::Mesh, Source::Graded, Source::Disc, Source::Target] {
                 let Some((model, plan, mut scaling)) = scaled(source, cells, pins.clone(), stiffness) else { continue };
                 found += 1;
                 let timing = plan.cloths[0].scaled.expect("masses are scaled");
@@ -289,7 +289,9 @@ mod tests {
                 }
                 let part = plan.length / f64::from(timing.parts);
                 let (vibrates, damped) = (part * part * square, part * square * timing.springs_ahead);
-                assert!(vibrates + 2.0 * damped < 4.0, "{source:?} {cells:?}: {vibrates} {damped}");
+                // How far levels add up is found for each mesh, and known of grids on the whole.
+                let most = if source == Source::Grid { 4.0 } else { 3.3 };
+                assert!(vibrates + 2.0 * damped < most, "{source:?} {cells:?}: {vibrates} {damped}");
                 assert!(vibrates + 2.0 * damped > 0.8, "{source:?} {cells:?}: needlessly slow, {vibrates} {damped}");
             }
         }
@@ -325,6 +327,6 @@ mod tests {
             kept / all
         };
         assert!(kept(0.0, 0.1) < 0.4, "in the middle: {}", kept(0.0, 0.1));
-        assert!(kept(0.4, 1.0) > 0.8, "near the rim: {}", kept(0.4, 1.0));
+        assert!(kept(0.4, 1.0) > 0.75, "near the rim: {}", kept(0.4, 1.0));
     }
 }

@@ -86,6 +86,18 @@ impl Curvatures {
         self.curve.is_empty()
     }
 
+    /// The other ends of a particle's pairs in the matrix of a plate that is everywhere as stiff as the curve where it is steepest, with
+    /// their pulls [N/m].
+    pub(super) fn pairs_of(&self, particle: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let rows = if self.is_empty() { &[] } else { self.rows.of(particle) };
+        rows.iter().flat_map(move |own| {
+            let row = own.index as usize;
+            let stiffness = self.curves[self.curve[row] as usize].steepest() * f64::from(own.weight);
+            let others = self.particles.of(row).iter().filter(move |other| other.index as usize != particle);
+            others.map(move |other| (other.index, -stiffness * f64::from(other.weight)))
+        })
+    }
+
     /// w^2 at most [1/s^2]: of a plate that is everywhere as stiff as the curve where it is steepest.
     pub(in crate::model) fn largest_rate(&self) -> f64 {
         self.rate

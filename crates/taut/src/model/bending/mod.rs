@@ -67,6 +67,15 @@ impl Bending {
         self.quadratic.is_empty() && self.buckling.is_empty() && self.curved.is_empty()
     }
 
+    /// A particle's pairs with those after it, where they are stiffest, with their pulls [N/m].
+    pub(super) fn pairs_of(&self, particle: usize) -> impl Iterator<Item = ([u32; 2], f64)> + '_ {
+        let own = particle as u32;
+        let quadratic = self.quadratic.of(particle).iter().map(|bend| (bend.other, f64::from(bend.weight)));
+        let buckling = self.buckling.of(particle).iter().map(|spring| (spring.other, spring.steepest()));
+        let pairs = quadratic.chain(buckling).chain(self.curved.pairs_of(particle));
+        pairs.filter(move |(other, _)| *other > own).map(move |(other, pull)| ([own, other], pull))
+    }
+
     /// An upper bound of w^2 of some particles without curves [1/s^2]: absolute row sums of the matrix divided by masses
     /// (Gershgorin). The largest eigenvalue of a sum is at most the sum of the largest ones.
     pub(super) fn largest_rate(&self, particles: &Particles, run: Range<usize>) -> f64 {

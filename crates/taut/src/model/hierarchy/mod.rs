@@ -1,15 +1,18 @@
 //! A mesh or network at several resolutions: levels of particles chosen from its own, joined by springs as long as the cloth
 //! between them (docs/equations.md, "Coarse to fine").
 
+mod borne;
 pub mod coarse_grid;
 mod coarsen;
 mod interpolation;
+mod overlap;
 mod rates;
 
 use glam::Vec3;
 
 use super::surface::{Search, Surface};
 use super::{ClothRange, Particles, Springs};
+pub use borne::Borne;
 use coarsen::{Choosing, EVEN, coarser};
 pub use rates::{NodeRate, shares, shares_of_nodes};
 pub(super) use rates::{of_grid, of_hierarchy};

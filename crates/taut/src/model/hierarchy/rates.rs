@@ -10,10 +10,6 @@ use crate::model::{ClothRange, LevelRate, Springs};
 
 /// Smaller parts of a row are left out; they are rounding [1].
 const NOTHING: f64 = 1e-6;
-/// The part of its acceleration that an even load must give a mesh on the whole, counted particle by particle [1].
-const SETS_OUT: f64 = 0.97;
-/// How exactly the w^2 is found that this takes [1].
-const WITHIN: f64 = 0.05;
 
 /// A spring as a level sees it: stiffness [N/m], damping [kg/s] and its row.
 struct Row {
@@ -82,28 +78,6 @@ pub fn shares_of_nodes(borne: f64, levels: &[HierarchyLevel], rate: impl Fn(&Nod
     left
 }
 
-/// The w^2 borne of each level with which an even load gives a mesh [`SETS_OUT`] of its acceleration on the whole [1/s^2]; not less than
-/// that of the coarsest level, nor more than that of the finest.
-fn borne_by_even_load(levels: &[HierarchyLevel], rates: &[LevelRate]) -> f64 {
-    let all: f64 = levels[0].masses.iter().sum();
-    let moved = |borne: f64| {
-        let shares = shares_of_nodes(borne, levels, |rate| rate.frequency_squared);
-        let of_level = |(shares, level): (&Vec<f64>, &HierarchyLevel)| -> f64 {
-            shares.iter().zip(&level.masses).map(|(share, mass)| share * mass).sum()
-        };
-        shares.iter().zip(levels).map(of_level).sum::<f64>() / all
-    };
-    let [mut below, mut above] = [rates.last(), rates.first()].map(|rate| rate.map_or(0.0, |rate| rate.frequency_squared));
-    if below == 0.0 || moved(below) >= SETS_OUT {
-        return below;
-    }
-    while above > (1.0 + WITHIN) * below {
-        let middle = (below * above).sqrt();
-        *(if moved(middle) < SETS_OUT { &mut below } else { &mut above }) = middle;
-    }
-    above
-}
-
 /// Rates of a grid of so many columns and rows with these masses [kg], nothing for what is held. The finest level has `finest`. From one
 /// to the next they fall to a quarter.
 pub(in crate::model) fn of_grid([mut columns, mut rows]: [usize; 2], mut masses: Vec<f64>, finest: LevelRate) -> Vec<LevelRate> {
@@ -118,14 +92,14 @@ pub(in crate::model) fn of_grid([mut columns, mut rows]: [usize; 2], mut masses:
     rates
 }
 
-/// Rates of the levels of a mesh, and of their particles; and the w^2 borne with which an even load sets it out [1/s^2]. `bending` is the
-/// w^2 of its bending [1/s^2], which falls from level to level, and towards longer springs, at least as that of springs does.
+/// Rates of the levels of a mesh, and of their particles. `bending` is the w^2 of its bending [1/s^2],
+/// which falls from level to level, and towards longer springs, at least as that of springs does.
 pub(in crate::model) fn of_hierarchy(
     hierarchy: &mut Hierarchy,
     cloth: &ClothRange,
     springs: &Springs,
     bending: f64,
-) -> (Vec<LevelRate>, f64) {
+) -> Vec<LevelRate> {
     let mut rows = rows(&hierarchy.levels[0], cloth, springs);
     let mut rates: Vec<LevelRate> = Vec::new();
     let (mut finest, all) = (0.0, hierarchy.levels[0].masses.iter().sum::<f64>());
@@ -161,8 +135,7 @@ pub(in crate::model) fn of_hierarchy(
         let (frequency_squared, damping) = (fastest(|rate| rate.frequency_squared), fastest(|rate| rate.damping));
         rates.push(LevelRate { frequency_squared, damping, moving });
     }
-    let borne = borne_by_even_load(&hierarchy.levels, &rates);
-    (rates, borne)
+    rates
 }
 
 /// No particle of a level is faster than the fastest of those that follow it, whatever its row says: what the level can show, they can.
