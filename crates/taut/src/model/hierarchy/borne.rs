@@ -7,9 +7,9 @@ use crate::model::{Bending, ClothRange, LevelRate, Springs};
 /// The least part of its acceleration that an even load gives a cloth with scaled masses on the whole [1], of a grid and of a mesh, counted
 /// level by level. Levels of a mesh lie further apart, so that more of it is beside what is held.
 const SETS_OUT: f64 = 0.9;
-const SETS_OUT_OF_MESHES: f64 = 0.95;
+const SETS_OUT_OF_MESHES: f64 = 0.96;
 /// The same of a mesh, counted particle by particle.
-const SETS_OUT_OF_NODES: f64 = 0.97;
+const SETS_OUT_OF_NODES: f64 = 0.98;
 /// How exactly the w^2 is found that this takes [1].
 const WITHIN: f64 = 0.01;
 /// What is slower than this part of the fastest is not looked for [1].
