@@ -3,7 +3,7 @@
 use super::{HierarchyLevel, shares_of_nodes};
 use crate::model::{Bending, ClothRange, Springs};
 
-/// Steps of the method of Lanczos. The largest eigenvalue is found to within some percent, from below.
+/// Steps of the method of Lanczos. They find the largest eigenvalue to within some percent, from below.
 const STEPS: usize = 16;
 
 /// What resists displacements of the particles of a cloth's finest level, where that is stiffest: pairs of them, with their pulls [N/m]. No
@@ -82,7 +82,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// By bisection: below an eigenvalue that is the largest the sequence of Sturm has a sign that changes.
+/// By bisection: a value is over all eigenvalues where all pivots of the matrix `value I - T` are positive (Sturm).
 fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
     let off = |index: usize| beside.get(index).copied().unwrap_or_default();
     let row = |index: usize| diagonal[index] + off(index) + if index > 0 { off(index - 1) } else { 0.0 };
