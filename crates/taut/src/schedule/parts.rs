@@ -133,7 +133,7 @@ pub(super) fn spring_steps(step_length: f64, rates: &LevelRate) -> (f64, f64) {
 /// must be seen, those of the coarsest levels, whose masses are never scaled, and what is held. None if that is not much fewer than
 /// `unscaled`. The cloth moves by its size in `pace` seconds.
 pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: f64) -> Option<ScaledTiming> {
-    let (Borne { least, overlap }, damping) = (cloth.borne, cloth.rates.last()?.damping);
+    let (Borne { least, overlap, .. }, damping) = (cloth.borne, cloth.rates.last()?.damping);
     let mut parts = pace::parts(step_length, SCALED_PART * pace);
     if bears(step_length, parts) < overlap * least {
         // bears() solved for the parts.
@@ -148,7 +148,7 @@ pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: 
         ScaledTiming {
             parts: parts as u32,
             springs_ahead,
-            frequency_squared: frequency_squared / overlap,
+            frequency_squared: cloth.borne.of_each_level(frequency_squared),
             damping: Some(1.0 / (OVERLAP_OF_DAMPERS * step_length)).filter(|bears| damping <= *bears),
         }
     })

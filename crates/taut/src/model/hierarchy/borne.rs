@@ -18,6 +18,8 @@ const SLOWEST: f64 = 1e-12;
 const OVERLAP_OF_GRIDS: f64 = 1.25;
 /// Over the overlap that is found, which is found from below [1].
 const TO_SPARE: f64 = 1.03;
+/// The overlap of meshes falls as more is borne. It is found for the least and for so many times as much [1].
+const FAR_MORE: f64 = 8.0;
 
 /// What a step must bear of the levels of a cloth whose masses are scaled.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -26,12 +28,15 @@ pub struct Borne {
     pub least: f64,
     /// How much larger the largest eigenvalue with scaled masses is than the w^2 borne of each level, at most [1].
     pub overlap: f64,
+    /// The same where `FAR_MORE` times the least is borne.
+    overlap_of_far_more: f64,
 }
 
 impl Borne {
     /// Of a grid with such levels.
     pub(in crate::model) fn of_grid(rates: &[LevelRate]) -> Self {
-        Self { least: least(rates, |borne| by_levels(borne, rates) >= SETS_OUT), overlap: OVERLAP_OF_GRIDS }
+        let overlap = OVERLAP_OF_GRIDS;
+        Self { least: least(rates, |borne| by_levels(borne, rates) >= SETS_OUT), overlap, overlap_of_far_more: overlap }
     }
 
     /// Of a mesh with such levels. Either of two counts will do: level by level, as if each were everywhere as fast as at its finest place,
@@ -45,8 +50,18 @@ impl Borne {
     ) -> Self {
         let least =
             least(rates, |borne| by_levels(borne, rates) >= SETS_OUT_OF_MESHES || by_nodes(borne, levels) >= SETS_OUT_OF_NODES);
-        let overlap = |least: f64| largest(&Stiffness::new(cloth, &levels[0], springs, bending), levels, least) / least;
-        Self { least, overlap: if least > 0.0 { TO_SPARE * overlap(least) } else { 1.0 } }
+        if least == 0.0 {
+            return Self { least, overlap: 1.0, overlap_of_far_more: 1.0 };
+        }
+        let stiffness = Stiffness::new(cloth, &levels[0], springs, bending);
+        let overlap = |borne: f64| TO_SPARE * largest(&stiffness, levels, borne) / borne;
+        Self { least, overlap: overlap(least), overlap_of_far_more: overlap(FAR_MORE * least) }
+    }
+
+    /// The w^2 that a step bears of each level, if it bears such a one of the whole cloth [1/s^2].
+    pub(crate) fn of_each_level(&self, frequency_squared: f64) -> f64 {
+        let far_more = frequency_squared / self.overlap_of_far_more;
+        if far_more >= FAR_MORE * self.least { far_more } else { frequency_squared / self.overlap }
     }
 }
 
