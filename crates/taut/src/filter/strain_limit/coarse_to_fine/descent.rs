@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::calm::less_room;
-use super::{Cycle, NO_ROOM, PROGRESS_INTERVAL, momentum};
+use super::{Cycle, NO_ROOM, PROGRESS_INTERVAL, general};
 use crate::model::Model;
 
 /// The cycles of a cloth in one step.
@@ -38,9 +38,9 @@ pub(super) struct Descent {
 }
 
 impl Descent {
-    /// The part of the last cycle's way that the next one starts with [1].
+    /// The part of the last cycle's way that the next one of a cloth that can touch starts with [1].
     pub fn momentum(&self) -> f32 {
-        momentum(self.since_restart, self.at_least > 0)
+        general::momentum(self.since_restart, self.at_least > 0)
     }
 
     /// The next cycle.

@@ -272,7 +272,7 @@ fn coarse_sweeps(particles: usize) -> usize {
 /// Part of the last cycle's way that the next one starts with, so many cycles after the last start without it. The first cycle
 /// corrects more than any other, and once: that does not go on. Few cycles want little momentum: what they pull too far,
 /// nothing pulls back, and it comes back in the next step as a jerk (docs/decisions/coarse-to-fine.md).
-fn momentum(cycles: u8, is_calm: bool) -> f32 {
+fn momentum(cycles: u8, is_calm: bool, most: f32) -> f32 {
     let lag = if is_calm { LAG_AT_REST } else { LAG };
-    if cycles < 2 { 0.0 } else { MOMENTUM.min(f32::from(cycles) / (f32::from(cycles) + lag)) }
+    if cycles < 2 { 0.0 } else { most.min(f32::from(cycles) / (f32::from(cycles) + lag)) }
 }

@@ -86,8 +86,6 @@ pub(super) struct GeneralPull {
     /// .. along X, their direction at the start of the step, instead of X + D: only if D, what the step has turned and
     /// stretched them by, is short against them.
     pub at_start: bool,
-    /// The part of what makes a spring too long that it is pulled by [1]. Up to 2 no two places are brought further apart.
-    pub relaxation: f32,
 }
 
 impl GeneralLevel {
@@ -327,7 +325,7 @@ impl Bundle {
         let of_b = Vec4::new(b[0].w, b[1].w, b[2].w, b[3].w);
         // The floor keeps two held ends from dividing by zero.
         let parts = square_along * (of_a + of_b).max(Vec4::splat(1e-30));
-        let share = Vec4::select(over, (length - aim) * (length * pull.relaxation) / parts, Vec4::ZERO);
+        let share = Vec4::select(over, (length - aim) * length / parts, Vec4::ZERO);
         for (places, share) in places.iter().zip([share * of_a, -share * of_b]) {
             let [p, q, r, s] = by_vector([along[0] * share, along[1] * share, along[2] * share]);
             // SAFETY: as the caller promises. Lanes without a spring add zero to a place that others may have written.

@@ -13,7 +13,7 @@ mod tiles;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{Cycle, FINEST, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
+use super::{Cycle, FINEST, Levels, MOMENTUM, Measure, Motion, coarse_sweeps, cycles_to_come};
 use crate::contact::Obstacle;
 use crate::geometry::{CHUNK, Pool, Vectors, VectorsChunk, for_each_chunk, for_each_two_chunks, roots};
 use crate::model::{ClothRange, Hierarchy};
@@ -26,9 +26,12 @@ use tiles::GeneralTiles;
 const LOCAL_SWEEPS: usize = 2;
 const LOCAL_ROUNDS: usize = 2;
 
-/// Springs of coarse levels are pulled by this part of what makes them too long [1]: successive over-relaxation saves a fifth of the
-/// cycles; not where cloth hangs calm, since what is pulled too far would be seen as jerks.
-const OVER_RELAXATION: f32 = 1.5;
+/// Part of the last cycle's way that a cycle starts with, at most, where there have been no more than a few. What is slack again by then
+/// goes too far by several times its way: where pins or bodies lead cloth, wrinkles went to and fro from step to step. Later ways are
+/// shorter. By so much more each of those goes on, up to what those of grids do.
+const MOMENTUM_OF_FEW: f32 = 0.7;
+const FEW_CYCLES: u8 = 8;
+const MORE_MOMENTUM: f32 = 0.03;
 
 /// The place of a particle that no spring is tied to.
 const NOWHERE: u32 = u32::MAX;
@@ -66,6 +69,12 @@ pub(super) struct GeneralLevels {
     weights_of_held: Vec<(u32, u32, f32)>,
 }
 
+/// Part of the last cycle's way that the next one starts with, so many cycles after the last start without it.
+pub(super) fn momentum(cycles: u8, is_calm: bool) -> f32 {
+    let most = MOMENTUM_OF_FEW + MORE_MOMENTUM * f32::from(cycles.saturating_sub(FEW_CYCLES));
+    super::momentum(cycles, is_calm, most.min(MOMENTUM))
+}
+
 impl GeneralLevels {
     /// The levels of a cloth with the limit `strain_limit`, aiming about `delta` of R below it.
     pub fn new(hierarchy: &Hierarchy, cloth: &ClothRange, strain_limit: f32, delta: f32) -> Self {
@@ -98,14 +107,14 @@ impl GeneralLevels {
     }
 
     /// Sweeps a coarse level. Coarse limits have their back-off in them.
-    fn sweep(&mut self, index: usize, relaxation: f32, pool: &Pool) {
-        self.levels[index].sweep(GeneralPull { aim: 1.0, at_start: true, relaxation }, self.backwards, None, pool);
+    fn sweep(&mut self, index: usize, pool: &Pool) {
+        self.levels[index].sweep(GeneralPull { aim: 1.0, at_start: true }, self.backwards, None, pool);
         self.backwards = !self.backwards;
     }
 
     /// Sweeps the finest level, or where it is over its limit and around that.
     fn sweep_finest(&mut self, everywhere: bool, pool: &Pool) {
-        let pull = GeneralPull { aim: 1.0 - self.deltas[0], at_start: false, relaxation: 1.0 };
+        let pull = GeneralPull { aim: 1.0 - self.deltas[0], at_start: false };
         let only = (!everywhere).then(|| self.tiles.wide());
         self.levels[0].sweep(pull, self.backwards, only, pool);
         self.backwards = !self.backwards;
@@ -223,14 +232,13 @@ impl Levels for GeneralLevels {
             self.levels[0].moved.fill(true);
             return Some(self.measure(enough, pool));
         }
-        let relaxation = if is_calm { 1.0 } else { OVER_RELAXATION };
         self.go_on(momentum(since_restart, is_calm), pool);
         let (finest, coarse) = self.levels.split_at_mut(1);
         coarse.iter_mut().for_each(|level| level.sample(&finest[0], pool));
         for index in (1..self.levels.len()).rev() {
             for _ in 0..coarse_sweeps(self.levels[index].d.len()) {
                 self.obstacles.resist(index, &mut self.levels[index]);
-                self.sweep(index, relaxation, pool);
+                self.sweep(index, pool);
             }
             let (fine, coarse) = self.levels.split_at_mut(index);
             fine[index - 1].follow(&mut coarse[0], pool);

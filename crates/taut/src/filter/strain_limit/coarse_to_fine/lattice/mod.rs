@@ -10,7 +10,7 @@ mod transfer;
 use glam::Vec3;
 use pulp::{Simd, WithSimd};
 
-use super::{Cycle, FINEST, Levels, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
+use super::{Cycle, FINEST, Levels, MOMENTUM, Measure, Motion, coarse_sweeps, cycles_to_come, momentum};
 use crate::contact::Obstacle;
 use crate::geometry::{Pool, Vectors, arch, cbrt, hypot, power};
 use crate::model::{Lattice, Model};
@@ -226,7 +226,7 @@ impl Levels for LatticeLevels {
 
     fn cycle(&mut self, Cycle { since_restart, enough, is_sure, is_last, is_calm }: Cycle, pool: &Pool) -> Option<Measure> {
         // Only the finest level goes on: coarser ones begin where it is.
-        let momentum = momentum(since_restart, is_calm);
+        let momentum = momentum(since_restart, is_calm, MOMENTUM);
         for index in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(index);
             let ahead = (index == 1).then_some(Ahead { previous: &mut self.previous, momentum });
