@@ -326,7 +326,7 @@ def test_a_round_cloth_in_rings_comes_to_rest(hole: int, pins: int) -> None:
     held = np.searchsorted(left, number[-1, :: around // pins])
     scene = Scene.from_arrays(positions[left], faces.reshape(-1, 3), pins=held, fabric="denim", air_drag=0.5)
     simulation = Simulation(scene)
-    simulation.run(frames=360)
+    simulation.run(frames=540)
     assert simulation.report.worst_stretch <= 0.03 + 1e-5
     seen = []
     for _ in range(32):
@@ -334,5 +334,4 @@ def test_a_round_cloth_in_rings_comes_to_rest(hole: int, pins: int) -> None:
         assert simulation.report.mean_lost_motion < 0.01
         seen.append(np.array(simulation.exact_positions))
     jerks = np.linalg.norm(np.diff(seen, 2, axis=0), axis=-1)
-    assert np.sqrt(np.mean(jerks**2)) < 2e-5
-    assert jerks.max() < 5e-4
+    assert jerks.max() < 1e-4
