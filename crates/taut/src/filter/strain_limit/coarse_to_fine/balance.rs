@@ -13,14 +13,18 @@
 //! are above zero, and its multipliers are unknowns of their own (Chan, Golub and Mulet, SIAM J. Sci. Comput. 20(6), 1999): what sticks
 //! and what slides is found as what is taut is.
 
+mod best;
+
 use glam::{DMat3, DVec3};
+
+use best::Best;
 
 use super::blocks::{Blocks, add_to, of, outer};
 use super::interior::Link;
 use crate::contact::Support;
 
 /// Newton steps at most.
-const ROUNDS: usize = 36;
+const ROUNDS: usize = 40;
 /// Steps end this close to where a slack or a multiplier would be zero.
 const NEAR: f64 = 0.99;
 /// .. and of what is left to the bound of friction they take this part at most.
@@ -121,6 +125,7 @@ pub(super) struct Balance {
     feet: Vec<Foot>,
     /// Right side, then the step [m].
     step: Vec<f64>,
+    best: Best,
 }
 
 impl Balance {
@@ -140,6 +145,7 @@ impl Balance {
             foot.pair.multiplier = each / foot.pair.slack;
         }
         let mut loose = 1.0;
+        self.best.missing = f64::INFINITY;
         for round in 0..ROUNDS {
             let sum = self.products(0.0);
             let mean = sum / count;
@@ -151,8 +157,12 @@ impl Balance {
             });
             let sure = task.nearly * task.energy;
             loose *= if round > EXACT_NEWTON_STEPS { TOLERANCE_GROWTH } else { 1.0 };
-            if worst <= task.exact && kept && sum.max(doubt) <= loose * sure && off <= loose * OFF * task.energy {
-                self.tell(task.supports);
+            if worst <= task.exact && kept {
+                let missing = (sum.max(doubt) / sure).max(off / (OFF * task.energy));
+                self.best.keep(task, &self.feet, found, missing);
+            }
+            if self.best.missing <= loose {
+                self.best.tell(task, found);
                 return Some(round);
             }
             if sum.is_nan() || sum > HOPELESS * task.energy || !self.factorise(task, blocks) {
@@ -389,14 +399,6 @@ impl Balance {
     fn reach(&self, near: f64) -> f64 {
         let struts = self.struts.iter().map(|strut| strut.pair.reach(near));
         struts.chain(self.feet.iter().map(|foot| foot.pair.reach(near))).fold(1.0, f64::min)
-    }
-
-    /// Has rows know what they push and hold.
-    fn tell(&self, supports: &mut [Support]) {
-        for (foot, support) in self.feet.iter().zip(supports) {
-            support.push = foot.pair.multiplier;
-            support.hold = foot.hold * -foot.bound;
-        }
     }
 }
 
