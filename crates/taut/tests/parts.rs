@@ -160,13 +160,10 @@ fn a_stiff_net_takes_parts_and_what_makes_the_steps_of_all_short_is_named() {
     let (alone, sheets) = (substeps(&[wire()]), substeps(&[sheet("one"), sheet("other")]));
     let together = substeps(&[sheet("one"), sheet("other"), wire()]);
     assert_eq!((alone, sheets, together), (20, 1, 3), "steps a frame");
-    // The sheets take no more parts a frame beside the wire than alone.
-    let parts = |cloths: &[serde_json::Value]| {
-        let built = built(cloths);
-        built.plan().cloths.iter().map(|plan| plan.parts() * built.schedule.substeps).collect::<Vec<_>>()
-    };
+    // The sheets take no more parts a step beside the wire than alone.
+    let parts = |cloths: &[serde_json::Value]| built(cloths).plan().cloths.iter().map(|plan| plan.parts()).collect::<Vec<_>>();
     let (apart, beside) = (parts(&[sheet("one"), sheet("other")]), parts(&[sheet("one"), sheet("other"), wire()]));
-    assert_eq!(apart, beside[..2], "parts a frame: {apart:?}, {beside:?}");
+    assert_eq!(apart, beside[..2], "parts a step: {apart:?}, {beside:?}");
     assert!(beside[2] > 20 * beside[0], "{beside:?}");
     let mut heavy = sheet("heavy");
     heavy["weights"] = json!([{ "corner": "bottom-right", "mass": 0.3 }]);

@@ -14,6 +14,9 @@ const SCALED_PART: f64 = 0.0174;
 /// How much larger the largest eigenvalue of dampers with scaled masses may be than that of each level, with its share.
 const OVERLAP_OF_DAMPERS: f64 = 1.25;
 
+/// With scaled masses a step has at least so many parts, in which springs look ahead. The filter takes energy by the masses as they are, and
+/// may so add to that by scaled ones. In a single part, where springs do not look ahead, nothing takes that back: heavy weights bounced for ever.
+const LEAST_SCALED: f64 = 2.0;
 /// Masses are not scaled unless that takes so many times fewer parts, of a grid and of a mesh, where a part with scaled masses costs 1.7
 /// plain ones.
 const WORTH: f64 = 2.0;
@@ -134,16 +137,16 @@ pub(super) fn spring_steps(step_length: f64, rates: &LevelRate) -> (f64, f64) {
 /// `unscaled`. The cloth moves by its size in `pace` seconds.
 pub(super) fn scaled(step_length: f64, unscaled: f64, cloth: &ClothRange, pace: f64) -> Option<ScaledTiming> {
     let (Borne { least, overlap, .. }, damping) = (cloth.borne, cloth.rates.last()?.damping);
-    let mut parts = pace::parts(step_length, SCALED_PART * pace);
+    let mut parts = pace::parts(step_length, SCALED_PART * pace).max(LEAST_SCALED);
     if bears(step_length, parts) < overlap * least {
         // bears() solved for the parts.
         let (a, b, c) = (power(2.0 * SAFETY, 2), 2.0 * LEAST_DECAY, overlap * least * power(step_length, 2));
-        parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(2.0);
+        parts = ((b + (b * b + 4.0 * a * c).sqrt()) / (2.0 * a)).ceil().max(LEAST_SCALED);
     }
     let frequency_squared = bears(step_length, parts);
     let worth = if cloth.lattice_of_levels().is_some() { WORTH } else { WORTH_ON_MESHES };
     (worth * parts <= unscaled).then(|| {
-        let ahead = calm(parts) / (step_length * frequency_squared);
+        let ahead = LEAST_DECAY / (step_length * frequency_squared);
         let (parts, springs_ahead) = calmed(step_length, (parts, ahead), frequency_squared, 0.0);
         ScaledTiming {
             parts: parts as u32,
@@ -168,13 +171,8 @@ fn calmed(step_length: f64, (parts, ahead): (f64, f64), frequency_squared: f64, 
     (more, least.min((a / frequency_squared - part * part) / (2.0 * part)))
 }
 
-/// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = calm / H.
+/// The largest w^2 that so many parts of a step bear [1/s^2]: h^2 w^2 + 2 h g < 4 with g = 1.2 / H.
 fn bears(step_length: f64, parts: f64) -> f64 {
     let part = step_length / parts;
-    (power(2.0 * SAFETY, 2) - 2.0 * part * calm(parts) / step_length) / power(part, 2)
-}
-
-/// In a single part no vibration is faster than the step.
-fn calm(parts: f64) -> f64 {
-    if parts == 1.0 { 0.0 } else { LEAST_DECAY }
+    (power(2.0 * SAFETY, 2) - 2.0 * LEAST_DECAY / parts) / power(part, 2)
 }

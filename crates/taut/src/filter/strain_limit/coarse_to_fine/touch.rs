@@ -134,7 +134,7 @@ impl Touch {
         for unit in units.iter_mut() {
             let proposed = measure(model, unit.cloth(), ends, pool);
             limited.springs += proposed.over;
-            if proposed.worst.is_nan() {
+            if !proposed.worst.is_finite() {
                 return limited;
             }
             let mut descent = unit.begin(proposed, state, ends, pool);
