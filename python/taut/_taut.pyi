@@ -75,6 +75,8 @@ class Report(TypedDict):
     """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
     penetrations: int
     """Places where something intersected at the start of the last step, while that is brought apart."""
+    asleep: bool
+    """Whether everything slept in the last step, and nothing was done."""
     repaired_momentum: list[float]
     """What rounding took from the momentum of free cloths, and was given back, summed over the steps
     [kg m/s]."""

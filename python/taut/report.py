@@ -57,6 +57,9 @@ class Report:
     """Least distance that the steps found between what touches [m]; infinite where nothing was near."""
     penetrations: int
     """Places where something intersected at the start of the last step, while that is brought apart [1]."""
+    asleep: bool
+    """Whether everything slept in the last step (``solver.sleep``): nothing moves then, and nothing is looked
+    for, until something from outside changes."""
     kinetic_energy: float
     """At the end of the call [J]."""
     elastic_energy: float

@@ -31,6 +31,10 @@ impl Host for Caller<'_> {
         turns.raised = result.err();
         turns.raised.is_none()
     }
+
+    fn lets_sleep(&self) -> bool {
+        self.hook.is_none()
+    }
 }
 
 fn call(hook: &Bound<'_, PyAny>, proposal: &mut Proposal<'_>) -> PyResult<()> {

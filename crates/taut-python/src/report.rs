@@ -30,6 +30,7 @@ pub fn report<'py>(py: Python<'py>, summary: &Summary, time: f64) -> PyResult<Bo
     report.set_item("halved_steps", summary.halved_steps)?;
     report.set_item("closest", summary.closest.unwrap_or(f64::INFINITY))?;
     report.set_item("penetrations", summary.penetrations)?;
+    report.set_item("asleep", summary.asleep)?;
     report.set_item("repaired_momentum", summary.repaired_momentum.to_array())?;
     report.set_item("detection_ms", 1e3 * summary.times.detection)?;
     report.set_item("solve_ms", 1e3 * summary.times.solve)?;

@@ -55,6 +55,8 @@ pub struct Summary {
     pub penetrations: u32,
     /// The momentum that rounding took from free cloths, and that was given back, summed over the steps [kg m/s].
     pub repaired_momentum: DVec3,
+    /// Whether everything slept in the last step, and nothing was done.
+    pub asleep: bool,
     /// What the filter spent its time on, summed over the steps; see [`Work::set_clock`].
     pub times: Times,
 }
@@ -193,6 +195,7 @@ impl Summary {
         self.halved_steps += u64::from(report.halved);
         self.closest = [self.closest, report.limited.closest].into_iter().flatten().reduce(f64::min);
         self.penetrations = report.limited.penetrations;
+        self.asleep = report.asleep;
         self.lost_motion = self.lost_motion.max(report.limited.lost_motion);
         self.mean_lost_motion += (report.limited.lost_motion - self.mean_lost_motion) / self.steps as f64;
     }

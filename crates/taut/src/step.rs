@@ -12,7 +12,7 @@ use crate::geometry::{Pool, Times, Vectors};
 use crate::inputs::{Inputs, Ramp};
 use crate::integrate::{self, Integrator, Proposal};
 use crate::model::Model;
-use crate::schedule::{BodyWays, Moving, Parts, Plan, Schedule, Stride};
+use crate::schedule::{BodyWays, Moving, Parts, Plan, Schedule, Sleep, Stillness, Stride};
 use crate::state::State;
 
 /// The workspace of a simulation: allocated once, and anew where other particles are held. Never part of a result.
@@ -32,6 +32,7 @@ pub struct Work {
     /// Where the step leads [m].
     ends: Vectors,
     bodies: BodyWays,
+    body_places: Vec<DVec3>,
     /// The state before a part of a step that contact may have to halve; before several steps.
     before_part: State,
     pub(crate) before: State,
@@ -77,6 +78,7 @@ impl Work {
             trace: None,
             clock: None,
             bodies: BodyWays::new(model),
+            body_places: model.bodies.rest.clone(),
             schedule: schedule.clone(),
             plan,
             pool,
@@ -207,6 +209,11 @@ pub trait Host: Send {
     fn look(&mut self, _: Proposal<'_>) -> bool {
         true
     }
+
+    /// Whether steps need no look where everything lies still.
+    fn lets_sleep(&self) -> bool {
+        true
+    }
 }
 
 /// One that wants all steps as they come.
@@ -237,8 +244,16 @@ pub fn step_for(
     host: &mut dyn Host,
 ) -> Option<StepReport> {
     let end = state.clock.next(dt);
+    let times = [state.time(), end.time()];
+    if state.sleep.is_some_and(Sleep::is_asleep) {
+        if host.lets_sleep() && sleeps_on(model, state, inputs, times, work) {
+            state.clock = end;
+            return Some(StepReport { asleep: true, ..StepReport::default() });
+        }
+        state.wake();
+    }
     let cloths = Moving { origins: &state.origins, positions: &state.positions, velocities: &state.velocities };
-    let least = work.bodies.parts(model, inputs, cloths, [state.time(), end.time()]);
+    let least = work.bodies.parts(model, inputs, cloths, times);
     let mut parts = Parts::new(least, state.halving);
     let (mut all, mut given_up): (Option<StepReport>, _) = (None, Times::default());
     let pool = work.pool();
@@ -262,7 +277,22 @@ pub fn step_for(
     state.clock = end;
     state.halving = state.halving.map(|before| parts.remember(before));
     let all = all.unwrap_or_default();
+    if let Some(sleep) = state.sleep.filter(|_| host.lets_sleep()) {
+        let still = Stillness::of(model, inputs.gravity.at(end.time()).length());
+        let fastest = (!all.limited.is_troubled() && !state.may_cross && state.behind.is_empty()).then_some(all.fastest);
+        let sleep = sleep.after(dt, fastest, still, || inputs.acting(model, times, &mut work.body_places));
+        state.sleep = Some(sleep);
+        if sleep.is_asleep() {
+            state.stop();
+        }
+    }
     Some(StepReport { halved: u32::from(parts.was_halved()), times: all.times.and(given_up), ..all })
+}
+
+/// Whether what acts on a world that sleeps is what it was as that fell asleep.
+fn sleeps_on(model: &Model, state: &State, inputs: &Inputs, times: [f64; 2], work: &mut Work) -> bool {
+    let acting = inputs.acting(model, times, &mut work.body_places);
+    state.sleep.is_some_and(|sleep| sleep.goes_on(acting))
 }
 
 fn one_step(
@@ -286,9 +316,19 @@ fn one_step(
             return None;
         }
         let limited = filter::apply(stride, state, ends, filter, pool); // x*, v* -> admissible ones
+        let fastest = fastest(&state.positions, ends, dt);
         let repaired = integrate::advance(stride, state, ends, forces, integrator, pool); // x = x*
-        Some(StepReport { evaluations, limited, repaired, halved: 0, times: filter.take_times() })
+        Some(StepReport { evaluations, limited, repaired, fastest, times: filter.take_times(), ..StepReport::default() })
     })
+}
+
+/// How fast the fastest particle goes from where it is to where a step of `dt` seconds leads [m/s].
+fn fastest(positions: &Vectors, ends: &Vectors, dt: f64) -> f32 {
+    let columns = [(&positions.x, &ends.x), (&positions.y, &ends.y), (&positions.z, &ends.z)];
+    let [x, y, z] = columns.map(|(from, to)| from.iter().zip(to).map(|(from, to)| (to - from) * (to - from)));
+    // What is no number is the fastest of all.
+    let squares = x.zip(y).zip(z).map(|((x, y), z)| (x + y + z).to_bits());
+    (f64::from(f32::from_bits(squares.max().unwrap_or_default())).sqrt() / dt) as f32
 }
 
 /// A glance at a state between two steps.

@@ -29,6 +29,10 @@ pub struct StepReport {
     pub repaired: DVec3,
     /// Whether contact had it taken in more parts than the speed of bodies asks for: 1, or 0.
     pub halved: u32,
+    /// How fast the fastest particle went [m/s].
+    pub fastest: f32,
+    /// Whether nothing was done, as everything sleeps.
+    pub asleep: bool,
     /// What its filter spent its time on, in parts that were given up, too.
     pub times: Times,
 }
@@ -41,6 +45,8 @@ impl StepReport {
             limited: self.limited.and(other.limited),
             repaired: self.repaired + other.repaired,
             halved: self.halved.max(other.halved),
+            fastest: self.fastest.max(other.fastest),
+            asleep: self.asleep && other.asleep,
             times: self.times.and(other.times),
         }
     }

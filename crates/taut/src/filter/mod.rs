@@ -49,6 +49,11 @@ pub struct Limited {
 }
 
 impl Limited {
+    /// Whether something is not where it should be, for want of room.
+    pub(crate) fn is_troubled(&self) -> bool {
+        self.cuts + self.contact_cuts + self.pinched + self.held_back_pins + self.held_back_bodies + self.penetrations > 0
+    }
+
     /// What was done for two cloths, or in two parts of a step, together.
     pub(crate) fn and(self, other: Self) -> Self {
         Self {

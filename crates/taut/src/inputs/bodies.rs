@@ -113,17 +113,20 @@ impl BodyPaths {
     /// Writes how far each body turns between two times [s], its axis times the angle [rad]: a ball that turns about its middle does not
     /// move it. What follows an array has no turn of its own.
     pub fn turns(&self, times: [f64; 2], turns: &mut [DVec3]) {
-        for (turn, path) in turns.iter_mut().zip(&self.paths) {
-            *turn = if let Path::Moved(travel) = path { travel.turned(times) } else { DVec3::ZERO };
-        }
-        for form in &self.forms {
-            turns[form.body] = DVec3::ZERO;
-        }
-        for shift in &self.shifts {
-            let rotation = shift.rotation(times[0]);
-            turns[shift.body] = shift.turned_between(times)
-                + if rotation == DQuat::IDENTITY { turns[shift.body] } else { rotation * turns[shift.body] };
-        }
+        turns.iter_mut().enumerate().for_each(|(body, turn)| *turn = self.turned(body, times));
+    }
+
+    /// How far one body turns.
+    #[must_use]
+    pub fn turned(&self, body: usize, times: [f64; 2]) -> DVec3 {
+        let is_told = self.forms.iter().any(|form| form.body == body);
+        let own = match &self.paths[body] {
+            Path::Moved(travel) if !is_told => travel.turned(times),
+            _ => DVec3::ZERO,
+        };
+        let Some(shift) = self.shift(body) else { return own };
+        let rotation = shift.rotation(times[0]);
+        shift.turned_between(times) + if rotation == DQuat::IDENTITY { own } else { rotation * own }
     }
 
     /// Whether any body ever moves, or was moved.

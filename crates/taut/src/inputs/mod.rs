@@ -1,5 +1,6 @@
 //! What comes with a step from outside: gravity, the moving air, where held particles and bodies go. A step reads it and never changes it.
 
+mod acting;
 mod air;
 mod bodies;
 mod flow;

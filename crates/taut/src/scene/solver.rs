@@ -23,6 +23,8 @@ pub struct Solver {
     pub iterations: Option<u32>,
     /// "sweeps" and "rods" stop early once no spring is off its limit, or its length, by more than this fraction of it [1].
     pub tolerance: f64,
+    /// Where everything lies still nothing is computed until something from outside changes (true, false): what games want. Steps are then told as "asleep".
+    pub sleep: bool,
     /// "sweeps" leaves out what a pass could not change, with the same result: true, or false to measure what that saves.
     pub local_correction: bool,
 }
@@ -36,6 +38,7 @@ impl Default for Solver {
             filter: FilterKind::CoarseToFine,
             iterations: None,
             tolerance: 1e-3,
+            sleep: false,
             local_correction: true,
         }
     }

@@ -6,12 +6,14 @@ mod choice;
 mod halving;
 mod pace;
 mod parts;
+mod sleep;
 mod stability;
 
 pub(crate) use bodies::{BodyWays, Moving};
 pub use choice::{BadLength, Schedule};
 pub use halving::{Halving, Parts};
 pub use parts::{ClothPlan, Plan, ScaledTiming};
+pub use sleep::{Sleep, Stillness};
 
 use crate::inputs::Inputs;
 use crate::model::Model;

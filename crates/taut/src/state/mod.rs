@@ -15,7 +15,7 @@ pub use stretch::{Stretch, longest_of, measure, measure_squares};
 
 use crate::geometry::{Pool, Vectors};
 use crate::model::{Model, Numbering};
-use crate::schedule::Halving;
+use crate::schedule::{Halving, Sleep};
 
 /// Positions, velocities and time.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -46,6 +46,8 @@ pub struct State {
     pub may_cross: bool,
     /// In how many parts contact has steps taken; none where nothing touches.
     pub halving: Option<Halving>,
+    /// Whether it sleeps; none where it never does.
+    pub sleep: Option<Sleep>,
     /// Loads under which the brakes of cloths became firm, as mean accelerations [m/s^2]; zero where there is no brake. Empty where nothing
     /// can touch.
     pub loads: Vec<Vec3>,
@@ -187,6 +189,7 @@ impl State {
             paces: vec![0.0; if model.contact.is_on { model.bodies.list.len() } else { 0 }],
             may_cross: model.contact.untangles,
             halving: model.contact.is_on.then(Halving::default),
+            sleep: model.solver.sleep.then(Sleep::default),
             loads: vec![Vec3::ZERO; if model.contact.is_on { model.cloths.len() } else { 0 }],
             crept: Vectors::zeros(if model.contact.is_on { model.particle_count() } else { 0 }),
             behind: Vec::new(),
@@ -206,6 +209,20 @@ impl State {
             self.motion.clone_from(&velocities);
         }
         self.velocities = velocities;
+        self.wake();
+    }
+
+    /// Wakes it, if it sleeps.
+    pub fn wake(&mut self) {
+        self.sleep = self.sleep.map(|_| Sleep::default());
+    }
+
+    /// Has nothing move any more.
+    pub fn stop(&mut self) {
+        let Self { velocities, motion, past: Past { displacements, gains, .. }, .. } = self;
+        for Vectors { x, y, z } in [velocities, motion, displacements, gains] {
+            [x, y, z].into_iter().for_each(|column| column.fill(0.0));
+        }
     }
 
     /// What a run needs to go on besides positions and velocities of the motion, with a vector for every particle: V, if it differs from
@@ -216,8 +233,12 @@ impl State {
     }
 
     /// What a run needs besides: how calm each cloth is, and where things touch in how many parts steps are taken, how bodies come back to
-    /// their paths, and the loads that brakes hold for.
+    /// their paths, and the loads that brakes hold for; and whether it sleeps.
     pub fn memory_of_steps(&self) -> impl Iterator<Item = Vec3> {
+        self.memory_awake().chain(self.sleep.into_iter().flat_map(Sleep::to_vectors))
+    }
+
+    fn memory_awake(&self) -> impl Iterator<Item = Vec3> {
         let calm = self.calm.iter().map(|calm| calm.to_vector());
         let paces = self.paces.iter().map(|&pace| Vec3::X * pace);
         calm.chain(self.halving.map(Halving::to_vector)).chain(paces).chain(self.loads.iter().copied())
@@ -231,7 +252,13 @@ impl State {
             .iter_mut()
             .zip(&mut memory)
             .for_each(|(pace, vector)| *pace = if vector.x.is_finite() { vector.x } else { 0.0 });
-        self.loads.iter_mut().zip(memory).for_each(|(load, vector)| *load = if vector.is_finite() { vector } else { Vec3::ZERO });
+        self.loads
+            .iter_mut()
+            .zip(&mut memory)
+            .for_each(|(load, vector)| *load = if vector.is_finite() { vector } else { Vec3::ZERO });
+        if let (Some(sleep), Some(of_span), Some(of_all)) = (&mut self.sleep, memory.next(), memory.next()) {
+            *sleep = Sleep::from_vectors([of_span, of_all]);
+        }
     }
 
     /// The vectors of [`Self::memory`], to be filled.
@@ -276,6 +303,7 @@ impl State {
         self.paces.clone_from(&other.paces);
         self.may_cross = other.may_cross;
         self.halving = other.halving;
+        self.sleep = other.sleep;
         self.loads.clone_from(&other.loads);
         self.crept.copy_on(&other.crept, pool);
         self.behind.clone_from(&other.behind);
@@ -306,14 +334,16 @@ impl State {
 
     /// XXH3 hash of the state. It is taken of all local positions, of all velocities of the motion, of the memory, if any, of particles
     /// and of steps, each as x, y, z in little-endian `f32`, and of the origins: see [`hash_of`]. Offsets that pins have count as
-    /// well, and what is held and behind its place.
+    /// well, what is held and behind its place, and how near it is to sleep.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let all = [&self.positions, self.of_motion()].into_iter().chain(self.memory());
-        let hash = hash_of(all.flat_map(Vectors::iter).chain(self.memory_of_steps()), &self.origins);
+        let hash = hash_of(all.flat_map(Vectors::iter).chain(self.memory_awake()), &self.origins);
         let moved = self.offsets.iter().filter(|offset| **offset != Offset::default());
         let behind = self.behind.iter().flat_map(|held| [f64::from(held.particle), f64::from(held.speed)]);
-        let numbers = moved.flat_map(Offset::numbers).chain(behind);
+        let calm = self.sleep.filter(|sleep| *sleep != Sleep::default()).into_iter().flat_map(Sleep::to_vectors);
+        let calm = calm.flat_map(|vector| vector.to_array()).map(f64::from);
+        let numbers = moved.flat_map(Offset::numbers).chain(behind).chain(calm);
         numbers.fold(hash, |hash, number| hash.rotate_left(17) ^ xxh3_64(&number.to_le_bytes()))
     }
 }

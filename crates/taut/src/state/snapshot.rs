@@ -9,17 +9,17 @@ use super::{Behind, Calm, Clock, Offset, Past, State};
 use crate::geometry::Vectors;
 use crate::inputs::{BodyForm, BodyShift, Grips, Target};
 use crate::model::Model;
-use crate::schedule::Halving;
+use crate::schedule::{Halving, Sleep};
 
 /// First bytes of every snapshot; the last one is the version of the layout, in base 36.
-const MAGIC: [u8; 8] = *b"TAUTSNPC";
+const MAGIC: [u8; 8] = *b"TAUTSNPD";
 const CHECKSUM: usize = 8;
 
 /// Bytes that are no snapshot of this model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SnapshotError {
     /// Not from taut, or from a version that writes others.
-    #[error("these bytes are not a taut snapshot (version 12)")]
+    #[error("these bytes are not a taut snapshot (version 13)")]
     NotASnapshot,
     /// Cut short or altered since they were taken: the checksum does not fit.
     #[error("the snapshot is damaged: its checksum does not fit; take another one")]
@@ -35,7 +35,7 @@ impl State {
     /// - magic, fingerprint, steps and time, origins;
     /// - the coordinate arrays of positions, V, velocities of the motion and the past, if any;
     /// - how calm cloths are, offsets of pins, places of bodies and how they come back to their paths;
-    /// - whether anything may intersect, in how many parts steps are taken, loads that brakes are for, how far particles have crept;
+    /// - whether anything may intersect, in how many parts steps are taken, how near it is to sleep, loads that brakes are for, how far particles have crept;
     /// - held particles that are behind their places;
     /// - held particles, hands, moved pins, bodies whose vertices were told, moved bodies;
     /// - XXH3 of all these.
@@ -62,6 +62,8 @@ impl State {
         if let Some(Halving { halvings, wait, patience }) = self.halving {
             bytes.extend([halvings, wait, patience].into_iter().flat_map(u32::to_le_bytes));
         }
+        let sleep = self.sleep.into_iter().flat_map(Sleep::to_vectors);
+        bytes.extend(sleep.flat_map(|vector| vector.to_array()).flat_map(f32::to_le_bytes));
         bytes.extend(self.loads.iter().flat_map(|load| load.to_array()).flat_map(f32::to_le_bytes));
         for column in [&self.crept.x, &self.crept.y, &self.crept.z] {
             bytes.extend(column.iter().flat_map(|value| value.to_le_bytes()));
@@ -154,6 +156,10 @@ impl Reader<'_> {
         if let Some(halving) = &mut state.halving {
             let [halvings, wait, patience] = [self.take()?, self.take()?, self.take()?].map(u32::from_le_bytes);
             *halving = Halving::new(halvings, wait, patience);
+        }
+        if let Some(sleep) = &mut state.sleep {
+            let mut vector = || Some(Vec3::new(self.single()?, self.single()?, self.single()?));
+            *sleep = Sleep::from_vectors([vector()?, vector()?]);
         }
         for load in &mut state.loads {
             *load = Vec3::new(self.single()?, self.single()?, self.single()?);

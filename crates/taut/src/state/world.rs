@@ -42,6 +42,7 @@ impl State {
             own.target += offset;
         }
         self.may_cross = model.contact.untangles;
+        self.wake();
     }
 
     /// Lays origins elsewhere where cloths have travelled; their places in the world stay but for rounding.

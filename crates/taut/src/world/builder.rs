@@ -127,6 +127,13 @@ impl WorldBuilder {
         self.with(|scene| scene.solver = solver)
     }
 
+    /// Whether nothing is computed where everything lies still, until something from outside changes ([`Report::asleep`](super::Report::asleep));
+    /// not unless it is given. Goes into what [`Self::solver`] has set.
+    #[must_use]
+    pub fn sleep(self, on: bool) -> Self {
+        self.with(|scene| scene.solver.sleep = on)
+    }
+
     /// Steps on the threads of a pool, which worlds may share; on the caller's thread unless it is given.
     #[must_use]
     pub fn pool(mut self, pool: &Pool) -> Self {

@@ -28,6 +28,8 @@ pub struct Report {
     pub closest: Option<f64>,
     /// Places where something intersected at the start and is still being brought apart.
     pub penetrations: u32,
+    /// Whether everything slept in the last step: nothing moves then until something from outside changes. Contacts are not counted meanwhile.
+    pub asleep: bool,
     /// Kinetic energy of all that is free [J].
     pub kinetic_energy: f64,
     /// Energy of springs and of bending [J].
@@ -39,7 +41,7 @@ pub struct Report {
 impl Report {
     pub(super) fn new(summary: &Summary, time: f64) -> Self {
         let Summary { last, steps, worst_stretch, limited_steps, lost_motion, .. } = *summary;
-        let Summary { held_back_pins, held_back_bodies, pinched, contacts, closest, penetrations, .. } = *summary;
+        let Summary { held_back_pins, held_back_bodies, pinched, contacts, closest, penetrations, asleep, .. } = *summary;
         Self {
             time,
             steps,
@@ -52,6 +54,7 @@ impl Report {
             contacts,
             closest,
             penetrations,
+            asleep,
             kinetic_energy: last.kinetic_energy,
             elastic_energy: last.elastic_energy,
             potential_energy: last.potential_energy,
