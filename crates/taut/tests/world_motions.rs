@@ -3,7 +3,7 @@
 
 use crate::facade::{FRAME, NAN, bits, frames, mesh, refused, sheet};
 use taut::scene::AngleKeyframe;
-use taut::{Body, Cloth, Corner, Edge, Keyframe, Pin, Turn, World, WorldBuilder};
+use taut::{Axis, Body, Cloth, Corner, Edge, Keyframe, Pin, Turn, World, WorldBuilder};
 
 /// The typed world and that of the JSON, after so many frames.
 #[cfg(feature = "json")]
@@ -204,4 +204,20 @@ fn arrays_that_a_scene_names_must_be_given() {
     let ragged = [vec![[0.0; 3]; 2], vec![[0.0; 3]]];
     refused(asked().frames("a.npy", &ragged, 10.0).build(), "scene.cloth[0].pins[0].follow[1] = a list of 1");
     assert!(asked().frames("a.npy", &corners(), 10.0).build().is_ok());
+}
+
+#[test]
+fn a_world_at_rest_sleeps_if_it_may_until_something_moves() {
+    let lies = |sleep: bool| {
+        let cloth = Cloth::grid([0.5, 0.5], [12, 12]).axes([Axis::X, Axis::Y]).translate([-0.25, -0.25, 0.02]).thickness(0.004);
+        let floor = Body::plane([0.0; 3], [0, 0, 1]);
+        World::builder().cloth(cloth).body(floor).sleep(sleep).build().expect("a world")
+    };
+    let [mut sleeps, mut wakes] = [true, false].map(lies);
+    assert!(!frames(&mut wakes, 240).asleep && frames(&mut sleeps, 240).asleep);
+    let before = bits(&sleeps, 0);
+    assert!(frames(&mut sleeps, 60).asleep && bits(&sleeps, 0) == before);
+    assert!(sleeps.velocities(0).expect("a cloth").iter().flatten().all(|part| *part == 0.0));
+    sleeps.hold(0, &[0], &[[-0.25, -0.25, 0.3]], 0.2).expect("a vertex");
+    assert!(!frames(&mut sleeps, 12).asleep && bits(&sleeps, 0) != before);
 }
