@@ -161,17 +161,13 @@ impl Seen {
     #[inline(always)]
     pub fn ask_for_none(&self, kind: Kind, Asks { within, are_sides }: Asks) -> BVec4A {
         let Self { from, to, largest, .. } = self;
-        // What a difference of two places is wrong by, at most; and what the distance has to be, as no place of one feature moves further than
-        // that against any of the other one.
+        // What a difference of two places is wrong by, at most.
         let wrong = OF_PLACES * *largest;
-        let moved = [1, 2, 3].map(|corner| norm(less(to[corner], from[corner])));
-        let moved = match kind {
-            Kind::PointTriangle => moved[0].max(moved[1]).max(moved[2]),
-            Kind::EdgeEdge => moved[0] + moved[1].max(moved[2]),
-        };
-        let needed = within + moved + 4.0 * wrong;
         match kind {
             Kind::PointTriangle => {
+                // What the distance has to be, as the vertex moves no further than that against any place of the triangle.
+                let moved = [1, 2, 3].map(|corner| norm(less(to[corner], from[corner])));
+                let needed = within + moved[0].max(moved[1]).max(moved[2]) + 4.0 * wrong;
                 let (b, c) = (less(from[2], from[1]), less(from[3], from[1]));
                 let normal = cross(b, c);
                 let (height, area) = (dot(from[1], normal).abs(), norm(normal));
@@ -195,7 +191,17 @@ impl Seen {
                 let s_wrong = 2.0 * ((6.0 * l + m + n) * wrong + l * m * t_wrong) / a;
                 let s_inside = s.clamp(Vec4::ZERO, Vec4::ONE);
                 let way = [0, 1, 2].map(|axis| between[axis] + one[axis] * s_inside - other[axis] * t_inside);
-                let mut is_out = (norm(way) - l * s_wrong - m * t_wrong).cmpgt(needed);
+                // What the closest places gain along it in the step; and how wrong both are.
+                let (one_gains, other_gains) = (less(to[1], one), less(less(to[3], to[2]), other));
+                let gain = [0, 1, 2]
+                    .map(|axis| one_gains[axis] * s_inside - other_gains[axis] * t_inside - (to[2][axis] - from[2][axis]));
+                let way_wrong = l * s_wrong + m * t_wrong + 4.0 * wrong;
+                let gain_wrong = norm(one_gains) * s_wrong + norm(other_gains) * t_wrong + 8.0 * wrong;
+                let distance = norm(way);
+                let spare = distance - way_wrong - within;
+                // Along a direction that is wrong by twice the error of the way over its length.
+                let gains = dot(way, gain) - 3.0 * way_wrong * norm(gain);
+                let mut is_out = spare.cmpgt(Vec4::ZERO) & ((spare - gain_wrong) * distance + gains).cmpgt(Vec4::ZERO);
                 if are_sides {
                     is_out |= (t - t_inside).abs().cmpgt(t_wrong) | (s - s_inside).abs().cmpgt(s_wrong);
                 }

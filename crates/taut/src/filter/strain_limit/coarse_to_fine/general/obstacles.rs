@@ -49,8 +49,9 @@ struct Kept {
     normal: Vec4,
     room: f32,
     give: f32,
-    /// The row of the finest level that it is.
+    /// The row of the finest level that it is, and what it was before.
     row: u32,
+    from: u32,
     /// Which of those that count it stands for.
     alike: Range<usize>,
     /// The pushes of all of these so far, and what they have pushed here since that was told the last time [kg m].
@@ -72,6 +73,8 @@ struct Rows {
     come: Vec<Come>,
     kept: Vec<Kept>,
     nodes: Vec<(u32, f32)>,
+    /// Whether what is kept is of those that count now.
+    is_known: bool,
     /// Workspace: where those begin whose first particle is such a one.
     starts: Vec<u32>,
 }
@@ -88,9 +91,10 @@ impl Obstacles {
     }
 
     pub fn clear(&mut self) {
-        for Rows { come, kept, .. } in &mut self.levels {
+        for Rows { come, kept, is_known, .. } in &mut self.levels {
             come.clear();
             kept.clear();
+            *is_known = false;
         }
     }
 
@@ -183,11 +187,12 @@ impl Rows {
         row: impl Fn(usize) -> u32 + Sync,
         find: impl Fn(usize) -> Option<Blocked> + Sync,
     ) {
-        let Self { might, come, starts, .. } = self;
+        let Self { might, come, starts, is_known, .. } = self;
         // Where there are none, those of the last time are still to go.
         if count > 0 && might.len() == count && might.iter().enumerate().all(|(from, might)| might.row == row(from)) {
             return;
         }
+        *is_known = false;
         might.resize(count, Might { row: u32::MAX, key: None });
         for_each_chunk(might, pool, |first, might| {
             for (from, might) in (first..).zip(might).filter(|(from, might)| might.row != row(*from)) {
@@ -203,13 +208,15 @@ impl Rows {
     }
 
     /// Keeps the one with the least room of rows with the same key, the first of equal ones; all with that key have their share of its push.
-    /// `of` tells of each which it is, its room, and its push.
+    /// `of` tells of each which it is, its room, and its push. What is kept already stays as it is but for room and pushes.
     fn keep(&mut self, of: impl Fn(usize) -> (u32, f32, f32), find: impl Fn(usize) -> Option<Blocked>) {
-        let Self { come, kept, nodes, .. } = self;
-        kept.clear();
-        nodes.clear();
+        let Self { come, kept, nodes, is_known, .. } = self;
+        if !std::mem::replace(is_known, true) {
+            kept.clear();
+            nodes.clear();
+        }
         let mut first = 0;
-        for alike in come.chunk_by_mut(|a, b| a.key == b.key) {
+        for (number, alike) in come.chunk_by_mut(|a, b| a.key == b.key).enumerate() {
             let (mut total, mut least) = (0.0, (f32::INFINITY, 0, alike[0].from));
             for one in alike.iter_mut() {
                 let (row, room, push) = of(one.from as usize);
@@ -224,10 +231,17 @@ impl Rows {
             let (room, row, from) = least;
             let alike = first..first + alike.len();
             first = alike.end;
-            if let Some(Blocked { nodes: (own, count), normal, give, .. }) = find(from as usize) {
-                let start = nodes.len();
-                nodes.extend(&own[..count]);
-                kept.push(Kept { nodes: start..nodes.len(), normal, room, give, row, alike, total, push: 0.0 });
+            if let Some(known) = kept.get_mut(number).filter(|known| known.from == from) {
+                *known = Kept { nodes: known.nodes.clone(), room, row, alike, total, push: 0.0, ..*known };
+                continue;
+            }
+            let Blocked { nodes: (own, count), normal, give, .. } = find(from as usize).unwrap_or(Blocked::NOTHING);
+            let start = nodes.len();
+            nodes.extend(&own[..count]);
+            let one = Kept { nodes: start..nodes.len(), normal, room, give, row, from, alike, total, push: 0.0 };
+            match kept.get_mut(number) {
+                Some(known) => *known = one,
+                None => kept.push(one),
             }
         }
     }
@@ -261,6 +275,9 @@ fn is_held((nodes, count): &Nodes, level: &GeneralLevel) -> bool {
 }
 
 impl Blocked {
+    /// One that resists nothing.
+    const NOTHING: Self = Self { key: [u32::MAX; 2], nodes: ([(0, 0.0); MOST], 0), normal: Vec4::ZERO, give: 0.0 };
+
     /// A row on a level; none where too little is left of it there.
     fn new(nodes: Nodes, normal: Vec4, level: &GeneralLevel) -> Option<Self> {
         let own = &nodes.0[..nodes.1];
