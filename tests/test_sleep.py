@@ -117,6 +117,43 @@ def test_what_is_as_it_was_does_not(asleep: Simulation) -> None:
     assert made.run(1).asleep
 
 
+SLOW = 4e-4
+"""Slower than what counts as still [m/s]."""
+
+
+def holds_slowly(made: Simulation) -> None:
+    made.hold([0], made.exact_positions[[0]] + [0.0, 0.0, 100 * SLOW], over=100.0)
+
+
+def leads_slowly(made: Simulation) -> None:
+    made.lead(0, made.exact_positions[0] + [0.0, 0.0, 1.0], SLOW)
+
+
+def shifts_slowly(made: Simulation) -> None:
+    made.shift_body("ball", (0.0, 0.0, 100 * SLOW), over=100.0)
+
+
+def moves_pins_slowly(made: Simulation) -> None:
+    made.shift_pins(0, (0.0, 0.0, 0.1), SLOW)
+
+
+@pytest.mark.parametrize("slowly", [holds_slowly, leads_slowly, shifts_slowly, moves_pins_slowly])
+def test_what_is_moved_hardly_faster_than_nothing_goes_all_of_its_way(
+    slowly: Callable[[Simulation], None],
+) -> None:
+    vertices, faces = irregular_sheet((8, 8), (0.3, 0.3), 1)
+    cloth = CLOTH | {"pins": [{"vertices": [8]}]}
+    given = {"fps": 60, "body": [FLOOR, FAR | {"name": "ball"}], "cloth": [cloth], "solver": {"sleep": True}}
+    made = Simulation(Scene(given, {"sheet": (vertices + [0.0, 0.0, 0.0035], faces)}), 1)
+    falls_asleep(made)
+    before = [made.exact_positions, made.bodies["ball"].positions.copy()]
+    slowly(made)
+    for _ in range(240):
+        assert not made.run(1).asleep
+    gone = [made.exact_positions - before[0], made.bodies["ball"].positions - before[1]]
+    assert max(np.abs(way).max() for way in gone) == pytest.approx(4 * SLOW, rel=0.05)
+
+
 def test_it_sleeps_again_in_its_new_place(asleep: Simulation) -> None:
     made = asleep.clone()
     shifts(made)

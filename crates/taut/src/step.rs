@@ -12,7 +12,7 @@ use crate::geometry::{Pool, Times, Vectors};
 use crate::inputs::{Inputs, Ramp};
 use crate::integrate::{self, Integrator, Proposal};
 use crate::model::Model;
-use crate::schedule::{BodyWays, Moving, Parts, Plan, Schedule, Sleep, Stillness, Stride};
+use crate::schedule::{BodyWays, Moving, Parts, Plan, Schedule, Stillness, Stride};
 use crate::state::State;
 
 /// The workspace of a simulation: allocated once, and anew where other particles are held. Never part of a result.
@@ -245,8 +245,8 @@ pub fn step_for(
 ) -> Option<StepReport> {
     let end = state.clock.next(dt);
     let times = [state.time(), end.time()];
-    if state.sleep.is_some_and(Sleep::is_asleep) {
-        if host.lets_sleep() && sleeps_on(model, state, inputs, times, work) {
+    if let Some(asleep) = state.sleep.filter(|sleep| sleep.is_asleep()) {
+        if host.lets_sleep() && asleep.goes_on(acting(model, state, inputs, times, work)) {
             state.clock = end;
             return Some(StepReport { asleep: true, ..StepReport::default() });
         }
@@ -277,10 +277,11 @@ pub fn step_for(
     state.clock = end;
     state.halving = state.halving.map(|before| parts.remember(before));
     let all = all.unwrap_or_default();
-    if let Some(sleep) = state.sleep.filter(|_| host.lets_sleep()) {
+    if let Some(sleep) = state.sleep {
         let still = Stillness::of(model, inputs.gravity.at(end.time()).length());
-        let fastest = (!all.limited.is_troubled() && !state.may_cross && state.behind.is_empty()).then_some(all.fastest);
-        let sleep = sleep.after(dt, fastest, still, || inputs.acting(model, times, &mut work.body_places));
+        let may_sleep = host.lets_sleep() && !all.limited.is_troubled() && !state.may_cross && state.behind.is_empty();
+        let fastest = may_sleep.then_some(all.fastest);
+        let sleep = sleep.after(dt, fastest, still, || acting(model, state, inputs, times, work));
         state.sleep = Some(sleep);
         if sleep.is_asleep() {
             state.stop();
@@ -289,10 +290,9 @@ pub fn step_for(
     Some(StepReport { halved: u32::from(parts.was_halved()), times: all.times.and(given_up), ..all })
 }
 
-/// Whether what acts on a world that sleeps is what it was as that fell asleep.
-fn sleeps_on(model: &Model, state: &State, inputs: &Inputs, times: [f64; 2], work: &mut Work) -> bool {
-    let acting = inputs.acting(model, times, &mut work.body_places);
-    state.sleep.is_some_and(|sleep| sleep.goes_on(acting))
+/// What acts from outside in a step, as one number; none where that changes.
+fn acting(model: &Model, state: &State, inputs: &Inputs, times: [f64; 2], work: &mut Work) -> Option<u64> {
+    inputs.acting(model, times, state.offsets.iter().map(|offset| offset.now), &mut work.body_places)
 }
 
 fn one_step(
@@ -316,7 +316,7 @@ fn one_step(
             return None;
         }
         let limited = filter::apply(stride, state, ends, filter, pool); // x*, v* -> admissible ones
-        let fastest = fastest(&state.positions, ends, dt);
+        let fastest = if state.sleep.is_some() { fastest(&state.positions, ends, dt) } else { 0.0 };
         let repaired = integrate::advance(stride, state, ends, forces, integrator, pool); // x = x*
         Some(StepReport { evaluations, limited, repaired, fastest, times: filter.take_times(), ..StepReport::default() })
     })

@@ -29,7 +29,7 @@ pub struct StepReport {
     pub repaired: DVec3,
     /// Whether contact had it taken in more parts than the speed of bodies asks for: 1, or 0.
     pub halved: u32,
-    /// How fast the fastest particle went [m/s].
+    /// How fast the fastest particle went [m/s]; zero where nothing is to sleep.
     pub fastest: f32,
     /// Whether nothing was done, as everything sleeps.
     pub asleep: bool,

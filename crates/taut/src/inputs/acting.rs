@@ -7,11 +7,22 @@ use super::Inputs;
 use crate::model::Model;
 
 impl Inputs {
-    /// A number for all that acts in a step between two times [s]; none where something changes in it. Other numbers mean that something is
-    /// different. `bodies` is workspace: it comes back as the places of the vertices of bodies at the end [m].
+    /// A number for all that acts in a step between two times [s]; none where something changes in it, or a hand leads. Other numbers mean that
+    /// something is different. `off` is how far each pin group is off its path [m]; `bodies` is workspace, and comes back as the places of the
+    /// vertices of bodies at the end [m].
     #[must_use]
-    pub fn acting(&self, model: &Model, [start, end]: [f64; 2], bodies: &mut [DVec3]) -> Option<u64> {
+    pub fn acting(
+        &self,
+        model: &Model,
+        [start, end]: [f64; 2],
+        off: impl Iterator<Item = DVec3>,
+        bodies: &mut [DVec3],
+    ) -> Option<u64> {
         let Self { gravity, air, pins, bodies: paths, limits, grips } = self;
+        // Hands and what is held may be slower than what counts as still.
+        if !grips.leads().is_empty() || grips.held().any(|(_, target)| target.arrival > end) {
+            return None;
+        }
         let mut told = Told(Xxh3::new());
         told.vector(gravity.at(end));
         if let Some(air) = air {
@@ -40,6 +51,7 @@ impl Inputs {
             let places = pins.places(model, group, end);
             (0..all.start.len()).for_each(|index| told.vector(places.of(index)));
         }
+        off.for_each(|way| told.vector(way));
         if (0..model.bodies.list.len()).any(|body| paths.turned(body, [start, end]) != DVec3::ZERO) {
             return None;
         }
@@ -48,11 +60,6 @@ impl Inputs {
         for (particle, target) in grips.held() {
             told.number(f64::from(particle));
             told.vector(target.place);
-        }
-        for lead in grips.leads() {
-            told.number(f64::from(lead.particle));
-            told.vector(lead.target);
-            told.number(f64::from(lead.speed));
         }
         for shift in grips.shifts() {
             told.number(shift.group as f64);
